@@ -17,8 +17,20 @@ ROOT: Final = Path(__file__).parents[1]
 
 order = {
     "First flight": ("docs/first_flight", "docs/faults", "docs/viewing", "docs/glossary"),
-    "Your own managing system": ("docs/managing-systems",),
-    "Metrics": ("docs/metrics", "docs/results", "docs/publishing", "docs/clusters", "ARTIFACT"),
+    "Your own managing system": (
+        "docs/managing-systems",
+        "docs/managing-reference",
+        "docs/programs",
+        "docs/behind-glass",
+    ),
+    "Metrics": (
+        "docs/campaigns",
+        "docs/metrics",
+        "docs/results",
+        "docs/publishing",
+        "docs/clusters",
+        "ARTIFACT",
+    ),
     "Scenarios": ("docs/scenarios", "docs/data"),
     "Extending": ("docs/extending", "docs/adding-a-node"),
     "Live": ("docs/live", "docs/agreement", "docs/containers"),
@@ -70,14 +82,19 @@ html_theme_options = {
 
 
 class Notebook(MystParser):
-    """Shows the cells of a notebook that has no outputs."""
+    """Shows the cells of a notebook, and their outputs as text."""
 
     supported = ("notebook",)
 
     def parse(self, inputstring: str, document: document) -> None:
         """Parse the notebook's JSON as a page of Markdown."""
-        cells = (("".join(cell["source"]), cell["cell_type"]) for cell in json.loads(inputstring)["cells"])
-        texts = [text if kind == "markdown" else f"```python\n{text}\n```" for text, kind in cells]
+        texts = []
+        for cell in json.loads(inputstring)["cells"]:
+            text = "".join(cell["source"])
+            texts.append(text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```")
+            for output in cell.get("outputs", ()):
+                shown = "".join(output["text"] if "text" in output else output["data"]["text/plain"])
+                texts.append(f"```text\n{shown.rstrip()}\n```")
         super().parse("\n\n".join(texts), document)
 
 

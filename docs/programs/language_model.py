@@ -9,10 +9,30 @@ import sys
 import urllib.request
 from pathlib import Path
 
+MARGIN_S = 1.0  # frequencies are of the last second, so that an adaptation shows no sooner
+
 source = sys.argv[1]
 system = json.loads(sys.stdin.readline())["system"]
 adaptations = {adaptation["id"]: adaptation for adaptation in system["adaptations"]}
-limits = {signal["name"]: signal for signal in system["signals"]}
+boot_s = {node["name"]: node["activation_delay_s"] for node in system["nodes"]}
+limits = {signal["name"]: signal for signal in system["signals"] if "threshold" in signal}
+
+INTRODUCTION = "\n".join(
+    [
+        "You repair the perception pipeline of a robot. Its nodes, with what each gets, sends, and needs to boot:",
+        *(
+            f"- {node['name']}: {', '.join(node['inputs'])} -> {', '.join(node['outputs'])};"
+            f" {boot_s[node['name']]:g} s after a redeploy"
+            for node in system["nodes"]
+        ),
+        "A topic without messages silences all nodes after it. Signals are ill beyond their thresholds:",
+        *(
+            f"- {name}: {'below' if signal['below'] else 'above'} {signal['threshold']:g}"
+            for name, signal in limits.items()
+        ),
+        f"Answer with one of: {', '.join(adaptations)}, or nothing.",
+    ]
+)
 
 
 def is_ill(symptoms):
@@ -38,15 +58,26 @@ def ask(prompt):
     return recorded[prompt]
 
 
+history = []  # what was done, and whether it was accepted
+next_s = 0.0  # until then, what was done last cannot have shown
+
 for line in sys.stdin:
     decision = json.loads(line)
-    if not is_ill(decision["symptoms"]):
+    now_s, symptoms = decision["time"], decision["symptoms"]
+    for result in decision["results"]:
+        history[result["id"]] += ", accepted" if result["accepted"] else ", refused"
+    if now_s < next_s or not is_ill(symptoms):
         print("{}", flush=True)
         continue
-    shown = {
-        name: round(value, 2) if type(value) is float else value
-        for name, value in decision["symptoms"].items()
-    }
-    answer = ask(f"Symptoms: {json.dumps(shown)}. Answer with one of: {', '.join(adaptations)}, or nothing.")
-    chosen = [adaptations[name] for name in [answer["text"].strip()] if name in adaptations]
+    shown = {name: round(value, 2) if type(value) is float else value for name, value in symptoms.items()}
+    done = "; ".join(history) or "nothing"
+    answer = ask(f"{INTRODUCTION}\nTime: {now_s:.1f} s. Done: {done}. Symptoms: {json.dumps(shown)}.")
+    name, acted_s = answer["text"].strip(), now_s + answer["seconds"]
+    next_s = acted_s + MARGIN_S
+    chosen = []
+    if name in adaptations:
+        chosen = [adaptations[name] | {"id": len(history)}]
+        history.append(f"{acted_s:.1f} s {name}")
+        if adaptations[name]["kind"] == "redeploy":
+            next_s += boot_s[adaptations[name]["node"]]
     print(json.dumps({"adaptations": chosen, "think_s": answer["seconds"]}), flush=True)

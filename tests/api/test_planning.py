@@ -13,6 +13,13 @@ from sunset.cli import main
 from sunset.evaluation.power import VARIANCES
 
 
+@pytest.fixture
+def untried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out the trial runs, which no number but the time comes from."""
+    monkeypatch.setattr(planning, "_trial_pace", lambda *_: None)
+
+
+@pytest.mark.usefixtures("untried")
 def test_a_plan_counts_the_runs_and_tells_the_difference_that_they_tell() -> None:
     found = sunset.plan_bench(managers=("baseline", "reactive"), flights=("panel",), repetitions=5)
     assert found.design is not None
@@ -28,12 +35,14 @@ def test_a_plan_counts_the_runs_and_tells_the_difference_that_they_tell() -> Non
     assert "detected with this probability" in str(found)
 
 
+@pytest.mark.usefixtures("untried")
 def test_a_plan_counts_over_what_the_runs_are_spread() -> None:
     assert "over 1 different degradation, 1 flight and 2 repetitions." in str(
         sunset.plan_bench("nofault", repetitions=2)
     )
 
 
+@pytest.mark.usefixtures("untried")
 def test_a_plan_of_two_repetitions_tells_no_difference() -> None:
     found = sunset.plan_bench(repetitions=2)
     assert all((one.power, one.told, one.repetitions) == (None,) * 3 for one in found.prospects)
@@ -68,6 +77,24 @@ def test_an_earlier_campaign_without_variances_still_says_how_long_runs_take(
     assert f"since {tmp_path} has no two managing systems with 3 repetitions" in str(found)
 
 
+@pytest.mark.usefixtures("flight")
+def test_without_an_earlier_campaign_two_trial_runs_say_how_long_it_takes(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["bench", "--plan", "--json", "--suite", "degraded", "--duration", "1", "--jobs", "1"]) in {
+        0,
+        None,
+    }
+    document = json.loads(capsys.readouterr().out)
+    assert document["pace_s"] > 0
+    assert document["duration_s"] == pytest.approx(document["pace_s"] * document["total"])
+
+    found = sunset.plan_bench("degraded", duration=1.0)
+    assert found.trial
+    assert " s a run, as measured in two trial runs." in str(found)
+
+
+@pytest.mark.usefixtures("untried")
 def test_the_command_line_prints_a_plan_as_text_or_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--plan", "--repetitions", "3"]) in {0, None}
     assert "In all: 516 runs" in capsys.readouterr().out

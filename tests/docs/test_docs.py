@@ -6,7 +6,6 @@ import sys
 from configparser import ConfigParser
 from itertools import pairwise
 from pathlib import Path
-from textwrap import indent
 
 import pytest
 
@@ -25,9 +24,9 @@ def blocks(page: str, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
 
 
-def fly(scenario: str, manager: str, folder: Path) -> StoredRun:
-    """Run an experiment of four seconds, long enough for what the pages show."""
-    settings = Settings(timing=Timing(duration_s=4.0))
+def fly(scenario: str, manager: str, folder: Path, duration_s: float = 4.0) -> StoredRun:
+    """Run an experiment of four seconds, long enough for what most pages show."""
+    settings = Settings(timing=Timing(duration_s=duration_s))
     return run(RunSpec(scenario=load_scenario(scenario), manager=manager, settings=settings), folder)
 
 
@@ -46,31 +45,40 @@ def test_the_managing_system_of_a_page_focuses_the_camera(page: str, flight: Pat
     }
 
 
-def test_the_example_of_the_clock_adapts_once_a_second(flight: Path, tmp_path: Path) -> None:
+def test_the_managing_system_of_the_page_waits_retries_and_tries_the_next_cure(
+    flight: Path, tmp_path: Path
+) -> None:
     del flight
-    (example,) = (block for block in blocks("docs/managing-systems.md", "python") if "get_clock" in block)
-    # it finds the images blurred for ever
-    body = indent(example.replace("symptoms.autofocus_needed", "symptoms.up"), " " * 8)
-    (tmp_path / "patient.py").write_text(
-        "from sunset.managing import ManagingSystem\n\n\n"
-        "class Patient(ManagingSystem):\n"
-        "    def on_start(self):\n"
-        "        self.next_s = 0.0\n\n"
-        f"    def adapt(self, symptoms):\n{body}",
-        encoding="utf-8",
-    )
-    result = fly("nofault", f"{tmp_path / 'patient.py'}:Patient", tmp_path / "run")
+    *_, source = blocks("docs/managing-systems.md", "python")
+    (tmp_path / "mine.py").write_text(source, encoding="utf-8")
+    result = fly("memory_leakage+image_shift", f"{tmp_path / 'mine.py'}:Mine", tmp_path / "run", 10.0)
 
-    times = [adaptation.time for adaptation in result.metrics.executed]
-    assert len(times) > 3
-    assert all(1.0 <= round(later - earlier, 2) <= 1.3 for earlier, later in pairwise(times))
+    assert all(episode.resolved for episode in result.metrics.failures)
+    adaptations = [str(adaptation) for adaptation in result.metrics.executed]
+    assert adaptations[:2] == ["restart sensor_fusion", "redeploy sensor_fusion"]
+    assert len(adaptations) <= 6
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "docs" / "programs").iterdir()), ids=lambda file: file.name)
-def test_the_page_shows_the_programs_whole(file: Path) -> None:
+def test_the_page_shows_the_programs_whole_or_links_them(file: Path) -> None:
+    page = (ROOT / "docs" / "programs.md").read_text(encoding="utf-8")
     language = {".py": "python", ".sh": "sh", ".cpp": "cpp"}[file.suffix]
 
-    assert file.read_text(encoding="utf-8") in blocks("docs/managing-systems.md", language)
+    assert f"](programs/{file.name})" in page or file.read_text(encoding="utf-8") in blocks(
+        "docs/programs.md", language
+    )
+
+
+def test_the_baseline_makes_a_fault_that_heals_last_3_s_longer(flight: Path, tmp_path: Path) -> None:
+    del flight
+    repaired, left = (
+        fly("transient/hardware_disconnect-for-2-s", manager, tmp_path / manager, 12.0)
+        for manager in ("baseline", "none")
+    )
+
+    ends = [next(one.ended for one in run.metrics.failures if one.injected) for run in (repaired, left)]
+    assert ends == [pytest.approx(10.08, abs=0.01), pytest.approx(7.08, abs=0.01)]
+    assert "it would have healed by itself at 7.00 s, 3.08 s before F1 was over" in str(repaired)
 
 
 def test_the_new_node_of_the_page_does_what_the_page_says(tmp_path: Path) -> None:

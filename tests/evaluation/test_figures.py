@@ -38,6 +38,12 @@ def test_iou_beside_it_takes_two_columns(tmp_path: Path) -> None:
     assert pixels.shape[1] == 2100
 
 
+def test_the_threshold_is_named_as_it_is(tmp_path: Path) -> None:
+    entropy_figure(SERIES, 0.2953, tmp_path / "entropy.svg")
+
+    assert "threshold 0.295" in (tmp_path / "entropy.svg").read_text(encoding="utf-8")
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("suffix", [".pdf", ".svg", ".png"])
 def test_the_same_figure_has_the_same_bytes(tmp_path: Path, suffix: str) -> None:

@@ -17,7 +17,7 @@ from tests.experiments.campaigns import RUNS, bench_command, content_of
 from sunset.data import read_bag, write_bag
 from sunset.errors import InvalidInputError, OutputError, RecordError
 from sunset.evaluation import load_results, render_report
-from sunset.experiments import BenchSpec, Settings, Timing, bench, plan, run_folder
+from sunset.experiments import BenchSpec, Settings, Timing, bench, in_turn, plan, run_folder
 from sunset.experiments.campaign_lock import locked_campaign
 from sunset.recording import read_run
 from sunset.scenarios import Scenario
@@ -54,6 +54,19 @@ def test_a_program_that_is_started_by_hand_has_no_runs_of_others_beside_it() -> 
     spec = BenchSpec(suite="degraded", managers=("external",), references=False, repetitions=1, settings=live)
 
     assert {one.manager for one in plan(spec)} == {"external"}
+
+
+def test_all_managing_systems_of_a_scenario_and_a_seed_are_started_together() -> None:
+    managers = ("none", "baseline", "reactive")
+    spec = BenchSpec(suite="degraded", managers=managers, references=False, score=False, repetitions=2)
+    runs = in_turn(plan(spec))
+
+    assert sorted(map(repr, runs)) == sorted(map(repr, plan(spec)))
+    for begin in range(0, len(runs), 3):
+        together = runs[begin : begin + 3]
+        assert [one.manager for one in together] == list(managers)
+        assert len({(one.scenario.name, one.seed) for one in together}) == 1
+    assert [one.seed for one in runs] == [1] * 27 + [2] * 27
 
 
 def test_some_scenarios_without_the_reference_rows() -> None:

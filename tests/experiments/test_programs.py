@@ -235,6 +235,29 @@ def test_every_decision_can_be_charged(tmp_path: Path) -> None:
     assert read_run(tmp_path / "later").thinking_s == 0.3
 
 
+GREETED = """
+import json
+from sunset.managing import ManagingSystem
+
+class Greeted(ManagingSystem):
+    def on_start(self):
+        self.declare_parameter("manager_seed", 0)
+        print(json.dumps(self.greeting))
+
+    def adapt(self, symptoms):
+        pass
+"""
+
+
+def test_a_class_has_the_greeting_of_a_program(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "greeted.py").write_text(GREETED, encoding="utf-8")
+    fly(tmp_path / "class", f"{tmp_path / 'greeted.py'}:Greeted")
+    of_class = json.loads(capfd.readouterr().err)
+    fly(tmp_path / "program", command(tmp_path, TELLING))
+
+    assert of_class == json.loads(capfd.readouterr().err.splitlines()[0])
+
+
 TELLING = """
 import sys
 for number, line in enumerate(sys.stdin):
@@ -277,7 +300,7 @@ def test_a_program_is_told_what_it_can_do_and_what_came_of_it(
         {"id": 1, "accepted": True},
         {"id": "mine", "accepted": False},
     ]
-    page = (PROGRAMS.parent / "managing-systems.md").read_text(encoding="utf-8")
+    page = (PROGRAMS.parent / "programs.md").read_text(encoding="utf-8")
     shown_first, shown_line, shown_answer = map(
         json.loads, re.findall(r"^```json\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
     )
@@ -289,8 +312,10 @@ def test_a_program_is_told_what_it_can_do_and_what_came_of_it(
 
 
 FAKE_MODEL = """
-silent = '"managed_subsystem_segmentation_freq": 0.0' in input()
-print("redeploy segmentation" if silent else "nothing")
+import sys
+prompt = sys.stdin.read()
+silent = '"managed_subsystem_segmentation_freq": 0.0' in prompt
+print("redeploy camera" if silent else "nothing")
 """
 
 
@@ -299,30 +324,37 @@ def test_recorded_answers_take_the_place_of_a_language_model(tmp_path: Path) -> 
     answers, program = tmp_path / "answers.jsonl", f"exec:python3 {PROGRAMS}/language_model.py"
     with socket.create_server(("localhost", 0)) as free:
         port = free.getsockname()[1]
-    recorder = subprocess.Popen(
-        [
-            sys.executable,
-            PROGRAMS / "recorder.py",
-            answers,
-            str(port),
-            sys.executable,
-            "-S",
-            "-c",
-            FAKE_MODEL,
-        ],
-        stderr=subprocess.DEVNULL,
-    )
+    recording = [
+        str(PROGRAMS / "recorder.py"),
+        str(answers),
+        str(port),
+        sys.executable,
+        "-S",
+        "-c",
+        FAKE_MODEL,
+    ]
+    recorder = subprocess.Popen([sys.executable, *recording], stderr=subprocess.DEVNULL)
+    long = Timing(duration_s=10.0, warm_up_s=0.5)
     try:
         _await_door(port)
-        asked = fly(tmp_path / "asked", f"{program} http://localhost:{port}", "gpu_failure")
+        asked = fly(tmp_path / "asked", f"{program} http://localhost:{port}", "gpu_failure", timing=long)
     finally:
         recorder.kill()
         recorder.wait()
 
-    assert {str(one) for one in asked.metrics.executed} == {"redeploy segmentation"}
+    # a model that is wrong each time is not asked again before the camera has booted and would be seen
+    times = [adaptation.time for adaptation in asked.metrics.executed]
+    assert {str(one) for one in asked.metrics.executed} == {"redeploy camera"}
+    assert len(times) == 2
+    assert times[1] - times[0] >= 5.0
     recorded = [json.loads(line) for line in answers.read_text().splitlines()]
     assert all(answer["seconds"] > 0 for answer in recorded)
-    replayed = fly(tmp_path / "replayed", f"{program} {answers}", "gpu_failure")
+    first, *_, last = [answer["prompt"] for answer in recorded]
+    assert "- camera: /rgb_raw -> rgb_camera; 4 s after a redeploy" in first
+    assert f"- segmentation_entropy: above {load_model('lite').card.entropy_threshold:g}" in first
+    assert " Done: nothing. " in first
+    assert re.search(r"Time: [0-9.]+ s. Done: [0-9.]+ s redeploy camera, accepted. ", last)
+    replayed = fly(tmp_path / "replayed", f"{program} {answers}", "gpu_failure", timing=long)
     assert replayed.digest == asked.digest
     assert replayed.record.manager_checksum != asked.record.manager_checksum
 

@@ -15,11 +15,16 @@ THRESHOLD = 0.3
 
 
 class Recorded(Reactive):
-    """Writes down what it would do."""
+    """Writes down what it would do; it is called every 0.2 s of a clock of its own."""
 
     def on_start(self) -> None:
         super().on_start()
+        self.calls = 0
         self.done: list[str] = []
+
+    @property
+    def now_s(self) -> float:
+        return 0.2 * self.calls
 
     def redeploy(self, node: str) -> None:  # type: ignore[override]
         self.done.append(f"redeploy {node}")
@@ -62,6 +67,7 @@ def watch(
     }
     reactive.done.clear()
     for _ in range(calls):
+        reactive.calls += 1
         reactive.adapt(Symptoms(values, entropy_threshold=THRESHOLD))
     return reactive.done.copy()
 

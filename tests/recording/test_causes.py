@@ -75,6 +75,22 @@ def test_a_cure_while_a_fault_was_away_is_said_to_be_one() -> None:
     assert cause.cured_by.endswith("; done at 4.50 s (while it was away)")
 
 
+def test_a_cure_of_a_fault_that_heals_is_told_with_what_it_saved_or_cost() -> None:
+    plan = StoredFault("hardware_disconnect", at=5.0, until=7.0)
+    fault = Injection(5.0, "hardware_disconnect", "F1", "camera", ended=6.1, cause="redeploy camera")
+    outcome = FaultOutcome("hardware_disconnect", "F1", 5.0, 6.1, 6.1)
+
+    def told(ended: float) -> str:
+        seen = metrics([Episode("F1", 5.0, 6.0, ended, True, None)], [outcome])
+        (cause,) = causes_of(timeline([fault]), seen, [plan])
+        return cause.cured_by.partition("; ")[2]
+
+    assert (
+        told(10.1) == "done at 6.10 s (it would have healed by itself at 7.00 s, 3.10 s before F1 was over)"
+    )
+    assert told(6.5) == "done at 6.10 s (it would have healed by itself at 7.00 s)"
+
+
 def test_a_fault_that_came_when_all_was_over_is_left_out() -> None:
     assert causes_of(timeline([Injection(20.0, "gpu_failure", "F3", "segmentation")]), metrics()) == ()
 

@@ -214,6 +214,22 @@ def of_fault(options: str) -> str:
             "does not have the parameter 'perform_autofokus': did you mean 'perform_autofocus'",
         ),
         (
+            of_fault("cures=()"),
+            "'smear': add it there, or name another (a fault's parameter has the fault's name unless it says parameter",
+        ),
+        (
+            of_fault("cures=(), parameter='image_degradation', value=1, limits=(0, 1)"),
+            "The class Camera has the parameter 'image_degradation' of type float, got 1: write a value such as 0.0",
+        ),
+        (
+            of_fault("cures=(), parameter='image_degradation', value=0.5, limits=(0.0, 99.0)"),
+            "The class Camera takes for the parameter 'image_degradation' values from 0.0 to 1.9, got 99.0: change one",
+        ),
+        (
+            of_fault("cures=(), parameter='sharpness_threshold', value=9.0, limits=(1.0, 10.0), healthy=1.0"),
+            "The fault smear is healthy at 1.0, and the parameter 'sharpness_threshold' of the class Camera begins",
+        ),
+        (
             HEAD + "class Eye(AdaptiveNode):\n    node_name = 'camera'\n"
             "EXTENSION = Extension(node_classes={'camera': Eye})",
             "The class of the node camera is Camera: Eye must be a subclass of it",

@@ -39,6 +39,15 @@ def test_a_page_loads_nothing_and_lets_nothing_be_loaded(ten: Shown) -> None:
     assert len(text.encode()) <= 5_000_000
 
 
+def test_a_page_opens_while_all_is_well_a_second_before_the_first_fault(ten: Shown, both: Both) -> None:
+    came = ten.run.timeline.injections[0].time
+
+    assert ten.data["opening"] == pytest.approx(max(came - 1.0, ten.data["runs"][0]["start"]))
+    shown = data_of(both.page.read_text(encoding="utf-8"))
+    faults = [since for run in shown["runs"] for fault in run["faults"] for since, _ in fault["spans"]]
+    assert shown["opening"] < min(faults)
+
+
 def test_what_others_wrote_stays_text(ten: Shown) -> None:
     text = ten.page.read_text(encoding="utf-8")
 

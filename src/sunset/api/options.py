@@ -42,6 +42,7 @@ class Options(TypedDict, total=False):
         images: whether the records keep images, as a file of their own.
         manager_limit: seconds of processor time that one callback of the managing system may take, and a tenth of what
             it may take of wall time.
+        manager_env: names of environment variables that the managing system gets; their values are stored nowhere.
         thinking: seconds of the experiment that every decision of the managing system takes; 0 if left out.
         middleware: `sim`, or the name of a live middleware.
         rate: seconds of `/clock` in a second; live.
@@ -57,6 +58,7 @@ class Options(TypedDict, total=False):
     cache: bool
     images: bool
     manager_limit: float
+    manager_env: str | Sequence[str]
     thinking: float
     middleware: str
     rate: float
@@ -87,6 +89,7 @@ def settings_of(options: Options) -> Settings:
         cache=options.get("cache", default.cache),
         images=options.get("images", default.images),
         manager_limit_s=number_of(options.get("manager_limit", default.manager_limit_s)),
+        manager_env=names_of(options.get("manager_env", ()), "environment variables"),
         thinking_s=number_of(options.get("thinking", default.thinking_s)),
         middleware=options.get("middleware", default.middleware),
         speed=number_of(options.get("rate", default.speed)),
@@ -216,7 +219,7 @@ def chosen_flights(names: str | Path | tuple[str | Path, ...] | list[str | Path]
     return chosen
 
 
-def names_of(names: str | tuple[str, ...] | list[str], what: str) -> tuple[str, ...]:
+def names_of(names: str | Sequence[str], what: str) -> tuple[str, ...]:
     """Return names that were given as a list, or as one text in which commas separate them, but for those in quotes.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What a campaign would be: how many runs, how long it takes, and what it would tell. Nothing is run."""
+"""What a campaign would be: how many runs, how long it takes, and which differences it would detect."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,6 +6,8 @@ from datetime import timedelta
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
+from time import perf_counter
 from types import MappingProxyType
 from typing import Final
 
@@ -22,11 +24,12 @@ from sunset.evaluation.power import (
     variances,
 )
 from sunset.evaluation.resampling import LEAST_LEVELS
-from sunset.experiments import BenchSpec, RunSpec, added_managers, plan
+from sunset.experiments import BenchSpec, RunSpec, added_managers, in_turn, plan, prepare, run
 from sunset.managing import split_label
 from sunset.recording import RUN_FILE
 from sunset.system import degradations_of
 from sunset.texts import counted, listed
+from sunset.workers import processors
 
 _PAUSE: Final = 20
 """A run that comes so many times later than the median one came after a pause."""
@@ -59,7 +62,8 @@ class CampaignForecast:
     Attributes:
         runs: what they are of → how many.
         design: over what they are spread, where every scenario is run on the same flights; otherwise None.
-        pace_s: seconds a run took in the campaign that was named; None if it is not known.
+        pace_s: seconds a run takes, with as many at a time as there are jobs; None if it is not known.
+        trial: whether that was measured in two trial runs, and not in an earlier campaign.
         source: where the variances are from.
         prospects: what the campaign would tell.
     """
@@ -67,6 +71,7 @@ class CampaignForecast:
     runs: Mapping[str, int]
     design: Design | None
     pace_s: float | None
+    trial: bool
     source: str
     prospects: tuple[Prospect, ...]
 
@@ -112,10 +117,11 @@ class CampaignForecast:
         lines = [f"{what}: {counted(number, 'run')}" for what, number in self.runs.items()]
         lines.append(f"In all: {counted(self.total, 'run')}{_spread(self.design)}.")
         if self.pace_s is None or self.duration_s is None:
-            lines.append("How long they take is not known: --like DIR names a campaign to take it from.")
+            lines.append("How long they take is not known.")
         else:
             whole = timedelta(seconds=round(self.duration_s))
-            lines.append(f"They take {whole}, at the {self.pace_s:.2g} s a run that were measured.")
+            where = "two trial runs" if self.trial else "the earlier campaign"
+            lines.append(f"They take about {whole}: {self.pace_s:.2g} s a run, as measured in {where}.")
         return "\n".join([*lines, *self._power()])
 
     def _power(self) -> list[str]:
@@ -155,12 +161,14 @@ class CampaignForecast:
         return lines
 
 
-def forecast(spec: BenchSpec, like: Path | None = None) -> CampaignForecast:
+def forecast(spec: BenchSpec, like: Path | None = None, *, jobs: int | None = None) -> CampaignForecast:
     """Return what a campaign would be.
 
     Args:
         spec: the campaign.
-        like: the folder of an earlier one, from which pace and variances are taken.
+        like: the folder of an earlier one, from which pace and variances are taken. If it is None, two runs are done
+            and timed, unless the campaign is live.
+        jobs: how many runs there would be at a time; None for as many as `bench` does.
 
     Raises:
         RecordError: there is no such folder, no run in it, or one that is damaged.
@@ -177,7 +185,8 @@ def forecast(spec: BenchSpec, like: Path | None = None) -> CampaignForecast:
     return CampaignForecast(
         runs=MappingProxyType(_counts(spec, len(asked))),
         design=design,
-        pace_s=None if like is None else _pace(like),
+        pace_s=_trial_pace(spec, jobs or processors()) if like is None else _pace(like),
+        trial=like is None,
         source=source,
         prospects=tuple(_prospect(pair, one, design) for pair, one in found.items()) if design else (),
     )
@@ -201,8 +210,8 @@ def _counts(spec: BenchSpec, asked: int) -> dict[str, int]:
 def _design(runs: Sequence[RunSpec], repetitions: int) -> Design | None:
     """Return over what a campaign is spread; None where some scenarios are on flights of their own."""
     flights: dict[str, set[object]] = {}
-    for run in runs:
-        flights.setdefault(run.scenario.name, set()).add(run.flight)
+    for one in runs:
+        flights.setdefault(one.scenario.name, set()).add(one.flight)
     if len({frozenset(each) for each in flights.values()}) > 1:
         return None
     return Design(
@@ -246,6 +255,22 @@ def _measured(folder: Path) -> dict[str, Variances]:
         for difference in table.neighbours
         if difference.iou_net and difference.iou_net.spread
     }
+
+
+def _trial_pace(spec: BenchSpec, jobs: int) -> float | None:
+    """Return how many seconds lie between the ends of two runs, as the campaign's first two take; None if it is live.
+
+    In the second, most inferences are known from the first, as in most runs of a campaign.
+    """
+    if spec.settings.live:
+        return None
+    runs = in_turn(plan(replace(spec, references=False)))
+    prepare(runs[0])
+    with TemporaryDirectory(prefix="sunset-") as folder:
+        begun_s = perf_counter()
+        for number, one in enumerate(runs[:2]):
+            run(one, Path(folder, str(number)))
+        return (perf_counter() - begun_s) / len(runs[:2]) / min(jobs, len(runs))
 
 
 def _pace(folder: Path) -> float | None:

@@ -67,7 +67,7 @@ def run(
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+            `manager_limit`, `manager_env`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable.
@@ -119,7 +119,7 @@ def bench(
         shard: do a part of the campaign only, as `I/N`, the I-th of N.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+            `manager_limit`, `manager_env`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable, `out` holds another campaign, or a worker of the executor has not
@@ -160,12 +160,13 @@ def plan_bench(
     seed: int = 1,
     **options: Unpack[Options],
 ) -> CampaignForecast:
-    """Return what a campaign would be, as `sunset bench --plan` prints it; nothing is run.
+    """Return what a campaign would be, as `sunset bench --plan` prints it.
 
     Args:
         suite: as of `bench`, like all that is not described here.
         managers: as of `bench`.
-        like: the folder of an earlier campaign, from which time and variances are taken.
+        like: the folder of an earlier campaign, from which time and variances are taken. Without it, two trial runs
+            are done and timed.
         scenarios: as of `bench`.
         flights: as of `bench`.
         references: as of `bench`.
@@ -262,7 +263,7 @@ def check_manager(
         seed: of both runs.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+            `manager_limit`, `manager_env`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
 
     Raises:
         SunsetError: as `run`.

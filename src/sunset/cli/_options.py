@@ -127,6 +127,14 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     )
     add_limit_option(parser)
     parser.add_argument(
+        "--manager-env",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="let the managing system have this variable of your environment, such as the key of a service; no record "
+        "has its value (repeatable)",
+    )
+    parser.add_argument(
         "--thinking",
         type=float,
         default="0",

@@ -81,7 +81,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--plan",
         action="store_true",
-        help="run nothing: print what would be run, how long that takes, and how small a difference it tells",
+        help="print how many runs there would be, how long they take, and which differences they detect; only two "
+        "trial runs are done, and none with --like",
     )
     parser.add_argument(
         "--like",
@@ -145,7 +146,10 @@ def _print_plan(spec: BenchSpec, arguments: argparse.Namespace) -> None:
         raise InvalidInputError("A plan is of the whole campaign: leave out --shard, or --plan.")
     if arguments.format not in {"table", "json"}:
         raise InvalidInputError(f"A plan is printed as table or json, got {arguments.format!r}.")
-    found = forecast(spec, arguments.like)
+    if arguments.like is None:
+        prepare_flights(flights_of(plan(spec))[:1])
+    with progress_bar("Planning"), redirect_stdout(sys.stderr):
+        found = forecast(spec, arguments.like, jobs=arguments.jobs)
     print(json.dumps(found.to_json(), indent=2, ensure_ascii=False) if arguments.format == "json" else found)
 
 

@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "figure",
         help="draw the segmentation's entropy over time, with and without each fault that shows in it",
         description="Run once without a fault and once with each fault that shows in the entropy, as those of F4 do, "
-        "and draw the paper's figure.",
+        "and draw the paper's figure. These are five runs of 20 s of flight: it takes a minute or so.",
     )
     drawing.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .png, .pdf or .svg")
     drawing.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the runs")

@@ -47,7 +47,7 @@ def check(arguments: argparse.Namespace) -> int:
     """Run twice and judge."""
     spec = run_spec(arguments)
     # what is wrong with it is said at once
-    manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
+    manager_checksum(spec.manager, spec.settings)
     prepare_flight(spec)
     with progress_bar("Running twice") as progress, redirect_stdout(sys.stderr):
         verdict = check_manager(spec, progress=progress)

@@ -59,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> None:
     )
     if spec.manager != EXTERNAL:
         # what is wrong with it is said at once
-        manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
+        manager_checksum(spec.manager, spec.settings)
     resources = prepare_flight(spec)
     warn_of_walls([spec.manager])
     console = Console(highlight=False, markup=False)

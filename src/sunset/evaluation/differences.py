@@ -15,9 +15,9 @@ DIFFERENCE_METHOD: Final = (
     "Differences are of runs with the same scenario, flight and seed, with the same bootstrap; those in score, of the "
     "runs that count for it. A12 (Vargha and Delaney): how probably a run of the first has more IoU_net than a run of "
     "the second. p: of the difference in IoU_net, adjusted after Holm for all pairs of managing systems; intervals "
-    "are not adjusted. Told: the difference in IoU_net that campaigns of this size tell with a probability of "
-    f"{100 * POWER:g} %. Runs for {DIFFERENCE:g}: how many of each tell that; never, where repeating does not help, "
-    "since scenarios or flights differ too much: others beside them would."
+    "are not adjusted. Told: the smallest difference in IoU_net that a campaign of this size detects with a "
+    f"probability of {100 * POWER:g} %. Runs for {DIFFERENCE:g}: how many runs of each detect a difference of "
+    f"{DIFFERENCE:g} so; never, where only other scenarios or flights would help."
 )
 """How differences come about, in words."""
 

@@ -82,7 +82,7 @@ def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapp
             color=GREY,
             linewidth=0.9,
             linestyle=(0, (1, 1)),
-            label=f"threshold {threshold:.2g}",
+            label=f"threshold {threshold:.3g}",
         )
         if iou:
             _panel(panels[1], iou, styles, "IoU")

@@ -27,11 +27,11 @@ _DIFFERENCE_COLUMNS: Final = (
     Column("IoU_net", r"IoU$_\mathrm{net}$", "the difference in IoU_net"),
     Column("A12", r"$A_{12}$", "how probably a run of the first has more IoU_net than a run of the second"),
     Column("p", "$p$", "of the difference in IoU_net, adjusted after Holm"),
-    Column("told", "told", f"the difference in IoU_net that is told with a probability of {100 * POWER:g} %"),
+    Column("told", "told", f"the smallest difference in IoU_net that is detected with {100 * POWER:g} %"),
     Column(
         f"runs for {DIFFERENCE:g}",
         f"runs for {DIFFERENCE:g}",
-        f"how many of each tell a difference of {DIFFERENCE:g} so",
+        f"how many runs of each detect a difference of {DIFFERENCE:g} so",
     ),
 )
 _LEAST_P: Final = 0.001

@@ -18,6 +18,7 @@ from sunset.experiments.campaign import (
     describe_campaign,
     flights_of,
     flown,
+    in_turn,
     plan,
     run_folder,
 )
@@ -103,7 +104,7 @@ def bench(
     if executor is not None:
         _check_executor(executor, spec, jobs)
     runs = plan(spec)
-    wanted = runs if shard is None else shard.of(runs)
+    wanted = in_turn(runs) if shard is None else shard.of(in_turn(runs))
     # rendering and measuring flights and loading a model are done once, before the workers need them
     of_flights = flights_of(runs)
     prepared = list(zip(of_flights, prepare_all(of_flights), strict=True))

@@ -2,7 +2,7 @@
 
 import dataclasses
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Final
@@ -95,7 +95,7 @@ def campaign_managers(campaign: BenchSpec | CampaignPlan) -> dict[str, str]:
 
 
 def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
-    """Return all runs of a campaign, reference rows first, in the order in which they are started.
+    """Return all runs of a campaign, reference rows first, and then one managing system after the other.
 
     Raises:
         ScenarioError: there is no such suite, or it is not usable.
@@ -123,6 +123,17 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
                 f"got {other} and {folder}: rename one."
             )
     return tuple(unique.values())
+
+
+def in_turn(runs: Iterable[RunSpec]) -> list[RunSpec]:
+    """Return a campaign's runs in the order in which they are started.
+
+    All managing systems of a scenario and a seed come together, so that an interrupted campaign can be compared.
+    """
+    groups: dict[tuple[object, ...], list[RunSpec]] = {}
+    for run in runs:
+        groups.setdefault((run.seed, run.settings.flight, run.suite, run.scenario.name), []).append(run)
+    return [run for group in groups.values() for run in group]
 
 
 def flights_of(runs: Sequence[RunSpec]) -> list[RunSpec]:
@@ -178,7 +189,7 @@ def describe_campaign(
         score=spec.score,
         managers=spec.managers,
         manager_checksums={
-            name: manager_checksum(manager, limit_s=spec.settings.manager_limit_s)
+            name: manager_checksum(manager, spec.settings)
             for name, manager in campaign_managers(spec).items()
         },
         repetitions=spec.repetitions,

@@ -98,7 +98,7 @@ def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> Manager
         SunsetError: as `run`.
     """
     # what is wrong with it is said at once
-    manager_checksum(spec.manager, limit_s=spec.settings.manager_limit_s)
+    manager_checksum(spec.manager, spec.settings)
     prepare(spec)
     results = []
     with tempfile.TemporaryDirectory(prefix="sunset-") as folder:

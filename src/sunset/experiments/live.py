@@ -175,6 +175,7 @@ class LiveSystem:
                 node=MANAGING_SYSTEM,
                 manager=spec.manager,
                 manager_limit_s=spec.settings.manager_limit_s,
+                manager_env=spec.settings.manager_env,
                 parameters={"use_sim_time": True} | manager_parameters(spec, resources),
                 occasion=f"{spec.scenario.name}, seed {spec.seed}",
                 scenario=None if known is None else asdict(known),

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetError
 from sunset.experiments.observer import Observer
-from sunset.experiments.spec import RunSpec
+from sunset.experiments.spec import RunSpec, Settings
 from sunset.harness.confined_manager import killed_error, manager_process
 from sunset.isolation import ProcessDeath, Watch, call_isolated
 from sunset.managing import EXTERNAL
@@ -20,19 +20,20 @@ _STILL_S: Final = 60.0
 """Processor time beyond the limit of its managing system that a simulation may take without a sign of life."""
 
 
-def manager_checksum(manager: str, *, limit_s: float) -> str:
+def manager_checksum(manager: str, settings: Settings) -> str:
     """Load a managing system in a process of its own; return the checksum of its files, of `external` an empty text.
 
     Args:
         manager: its name, as of `load_manager`.
-        limit_s: seconds of processor time that loading it may take.
+        settings: how it will be run.
 
     Raises:
         ManagerError: it cannot be loaded.
     """
     if manager == EXTERNAL:
         return ""
-    with manager_process(manager, limit_s=limit_s) as process:
+    limit_s, variables = settings.manager_limit_s, settings.manager_env
+    with manager_process(manager, limit_s=limit_s, variables=variables) as process:
         check_name(f"/{process.loaded.node_name}", manager)
         return process.checksum()
 

@@ -203,10 +203,10 @@ def _run_simulated(
     played: Sequence[Command],
 ) -> _Outcome:
     parameters = manager_parameters(spec, resources)
-    limit_s = spec.settings.manager_limit_s
     with manager_process(
         spec.manager,
-        limit_s=limit_s,
+        limit_s=spec.settings.manager_limit_s,
+        variables=spec.settings.manager_env,
         parameters=parameters,
         log=log,
         scenario=known_scenario(spec, resources),
@@ -240,7 +240,7 @@ def _run_live(
 
     frames = live_run.FrameCount()
     observer = Observer(writer, shown=shown_topics(spec.manager), viewers=spec.settings.viewers)
-    now = partial(manager_checksum, spec.manager, limit_s=spec.settings.manager_limit_s)
+    now = partial(manager_checksum, spec.manager, spec.settings)
     with _unchanged(spec.manager, now, known) as found:
         start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
 

@@ -146,6 +146,8 @@ class Settings:
         float, Meta(gt=0, le=_LONGEST_LIMIT_S, title="managing system's time limit [s]")
     ] = 30.0
     """Processor time that one callback of the managing system may take before its process is ended."""
+    manager_env: tuple[str, ...] = ()
+    """Names of the user's environment variables that the managing system gets; their values are stored nowhere."""
     thinking_s: Annotated[float, Meta(ge=0, le=_DURATIONS_S[1], title="time to think [s]")] = 0.0
     """Time of the experiment that passes between a decision of the managing system and its adaptations."""
     middleware: str = SIMULATED

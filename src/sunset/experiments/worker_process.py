@@ -19,6 +19,7 @@ from sunset.errors import SunsetError
 from sunset.experiments.campaign_run import record_run
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare
+from sunset.experiments.spec import Settings
 from sunset.experiments.worker import Order, check_same, facts_of
 from sunset.isolation import UnexpectedError
 from sunset.system import extended_system
@@ -72,16 +73,16 @@ def _do(order: Order, folder: Path) -> dict[str, bytes]:
         resources = prepare(spec)
         check_same(facts_of(resources), order.facts)
         if order.known is not None:
-            _check_manager(spec.manager, spec.settings.manager_limit_s, order.known, order.folder)
+            _check_manager(spec.manager, spec.settings, order.known, order.folder)
         record_run(spec, resources, folder, order.known)
     return {file.name: file.read_bytes() for file in folder.iterdir()}
 
 
 @cache
-def _check_manager(manager: str, limit_s: float, known: str, _: str) -> None:
+def _check_manager(manager: str, settings: Settings, known: str, _: str) -> None:
     """Check, once per folder, that a managing system is the one that the campaign was begun with."""
     name = f"managing system {manager}"
-    check_same({name: manager_checksum(manager, limit_s=limit_s)}, {name: known})
+    check_same({name: manager_checksum(manager, settings)}, {name: known})
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
@@ -17,7 +17,7 @@ from typing import Final
 from msgspec import to_builtins
 
 from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
-from sunset.errors import ManagerError, OutputError, SunsetError
+from sunset.errors import InvalidInputError, ManagerError, OutputError, SunsetError
 from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
 from sunset.harness.shown_files import check_shown
 from sunset.isolation import Patience, ProcessDeath
@@ -166,6 +166,7 @@ def manager_process(
     manager: str,
     *,
     limit_s: float,
+    variables: Sequence[str] = (),
     parameters: Mapping[str, Value] = MappingProxyType({}),
     log: bool = False,
     live: bool = False,
@@ -180,6 +181,7 @@ def manager_process(
     Args:
         manager: its name, as of `load_manager`.
         limit_s: how long loading it, and each of its callbacks, may take, as of `Patience`.
+        variables: names of this process's environment variables that it gets.
         parameters: of its node, by name.
         log: whether what it logs goes to stderr, too.
         live: whether it is of a live run.
@@ -188,14 +190,22 @@ def manager_process(
 
     Raises:
         ManagerError: it cannot be loaded.
+        InvalidInputError: one of the variables is not set.
         SunsetError: no process can be started.
     """
+    for name in variables:
+        if name not in os.environ:
+            raise InvalidInputError(
+                f"The environment variable {shorten(repr(name))} for the managing system is not set: export it, or "
+                "leave out its --manager-env."
+            )
     extensions = loaded_extensions()
     command = parse_command(manager) if manager.startswith(PREFIX) else None
     task = ManagerTask(
         manager=str(command or manager),
         folder=str(Path.cwd()),
         extensions=tuple(extension.where for extension in extensions),
+        environment={name: os.environ[name] for name in variables},
         parameters=dict(parameters),
         log=log,
         live=live,

@@ -1,6 +1,6 @@
 """The managing system of a live run: a process on the network, whose callbacks another one runs behind walls."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from sunset.harness.confined_manager import manager_process
 from sunset.managing import KnownScenario
@@ -14,6 +14,7 @@ def run_confined(
     context: Context,
     *,
     limit_s: float,
+    variables: Sequence[str],
     parameters: Mapping[str, Value],
     occasion: str,
     scenario: KnownScenario | None = None,
@@ -26,6 +27,7 @@ def run_confined(
         manager: its name, as of `load_manager`.
         context: this process, whose shutdown ends it.
         limit_s: seconds of wall time that loading it, and each of its callbacks, may take.
+        variables: names of environment variables that it gets.
         parameters: of its node, by name.
         occasion: what it may fail in, such as `gpu_failure, seed 1`.
         scenario: that of the run, which only the oracle is told.
@@ -43,6 +45,7 @@ def run_confined(
     with manager_process(
         manager,
         limit_s=limit_s,
+        variables=variables,
         parameters=parameters,
         log=True,
         live=True,

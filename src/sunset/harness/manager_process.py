@@ -1,6 +1,7 @@
 """The process of a managing system behind walls: its task, its description of itself, and what it runs."""
 
 import inspect
+import os
 import socket
 import sys
 import traceback
@@ -45,6 +46,7 @@ class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
         manager: the managing system's name, as of `load_manager`.
         folder: where a path in it begins that is not absolute.
         extensions: what the managed system is extended by.
+        environment: variables of the user's environment that it gets; no message says their values.
         parameters: of its node, by name.
         log: whether what it logs goes to stderr, too.
         live: whether that is a live run, in which a message that repeats goes there each time.
@@ -55,6 +57,7 @@ class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
     manager: str
     folder: str
     extensions: tuple[str, ...] = ()
+    environment: dict[str, str] = {}
     parameters: dict[str, Value] = {}
     log: bool = False
     live: bool = False
@@ -90,6 +93,9 @@ class RefusedManager(msgspec.Struct, frozen=True, tag="refused"):
     extension: bool = False
 
 
+_SECRET: Final = 4
+"""A value of fewer characters is no key, and would be found in other words."""
+
 _encode = msgspec.msgpack.encode
 _decode = msgspec.msgpack.Decoder(LoadedManager | RefusedManager).decode
 
@@ -121,6 +127,7 @@ def run_manager(connection: socket.socket, task: object) -> None:
     told = msgspec.convert(task, ManagerTask)
     pipe = Pipe(connection)
     folder = Path(told.folder)
+    os.environ.update(told.environment)
     known = frozenset(() if is_registered(told.manager) else sys.modules)
     try:
         for extension in told.extensions:
@@ -136,7 +143,9 @@ def run_manager(connection: socket.socket, task: object) -> None:
             _installed(sys.modules.keys() - known),
         )
     except (ManagerError, ExtensionError) as error:
-        pipe.send(_encode(RefusedManager(str(error), isinstance(error, ExtensionError))))
+        pipe.send(
+            _encode(RefusedManager(_without_values(str(error), told), isinstance(error, ExtensionError)))
+        )
         return
     pipe.send(_encode(loaded))
 
@@ -149,9 +158,18 @@ def run_manager(connection: socket.socket, task: object) -> None:
         process.defer(manager.symptoms_subscription.handle)
         SingleThreadedExecutor(context=context).add_node(manager)
 
-    RemoteProcess(
-        pipe, make, lambda error: _said_of(made, error), describes_types=told.describes_types
-    ).serve()
+    def say(error: BaseException) -> str:
+        return _without_values(_said_of(made, error), told)
+
+    RemoteProcess(pipe, make, say, describes_types=told.describes_types).serve()
+
+
+def _without_values(text: str, task: ManagerTask) -> str:
+    """Return a text with the name of each given variable in place of its value, which may be a key."""
+    for name, value in task.environment.items():
+        if len(value) >= _SECRET:
+            text = text.replace(value, f"${name}")
+    return text
 
 
 def _installed(names: Iterable[str]) -> tuple[str, ...]:

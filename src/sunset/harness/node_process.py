@@ -64,6 +64,8 @@ class NodeSpec:
     """Which managing system `MANAGING_SYSTEM` is; None for any other node."""
     manager_limit_s: float | None = None
     """Wall time that each callback of a managing system behind walls may take; None for one without walls."""
+    manager_env: Sequence[str] = ()
+    """Names of this process's environment variables that a managing system behind walls gets."""
     parameters: Mapping[str, Value] = field(default_factory=dict)
     """Parameters of the node of a managing system behind walls, by name."""
     occasion: str = ""
@@ -130,6 +132,7 @@ def _runner(spec: NodeSpec) -> Callable[[Context], str]:
             run_confined,
             spec.manager,
             limit_s=spec.manager_limit_s,
+            variables=spec.manager_env,
             parameters=spec.parameters,
             occasion=spec.occasion,
             scenario=None if spec.scenario is None else msgspec.convert(spec.scenario, KnownScenario),

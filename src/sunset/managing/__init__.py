@@ -4,6 +4,7 @@ from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.command import PREFIX, parse_command
 from sunset.managing.diagnosing import Diagnosing
+from sunset.managing.greeting import PROTOCOL
 from sunset.managing.known import KnownFault, KnownScenario
 from sunset.managing.loading import (
     checksum,
@@ -18,10 +19,14 @@ from sunset.managing.loading import (
 from sunset.managing.names import EXTERNAL, MANAGERS, split_label
 from sunset.managing.none import NoAdaptation
 from sunset.managing.oracle import ORACLE, Oracle
-from sunset.managing.program import PROTOCOL, Program
+from sunset.managing.program import Program
 from sunset.managing.random_adaptation import RandomAdaptation
 from sunset.managing.reactive import Reactive
+from sunset.managing.requesting import request
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
+from sunset.managing.waits import Waits
+from sunset.managing.wiring import Wiring
+from sunset.system.vocabulary import described_faults
 
 __all__ = [
     "EXTERNAL",
@@ -41,13 +46,17 @@ __all__ = [
     "RandomAdaptation",
     "Reactive",
     "Symptoms",
+    "Waits",
+    "Wiring",
     "checksum",
     "contents_checksum",
+    "described_faults",
     "is_registered",
     "load_manager",
     "manager_sources",
     "parse_command",
     "register_manager",
+    "request",
     "sources_digest",
     "split_label",
     "unfiled_sources",

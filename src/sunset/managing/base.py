@@ -10,6 +10,7 @@ from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDe
 from sunset.interfaces.rcl_interfaces.srv import SetParameters
 from sunset.interfaces.system_interfaces.msg import Diagnosis, SetBlackboardGroup
 from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.managing.greeting import make_greeting
 from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, read_parameters
 from sunset.names import base_name
 from sunset.ros.client import AnyClient
@@ -138,6 +139,20 @@ class ManagingSystem(Node):
     def symptoms_subscription(self) -> Subscription[SetBlackboardGroup]:
         """What brings the symptoms; what comes is kept for the next call of `adapt`."""
         return self.__symptoms
+
+    @property
+    def now_s(self) -> float:
+        """The experiment's time [s]; its 0 lies before the faults come."""
+        return self.get_clock().now().nanoseconds / 1e9
+
+    @property
+    def greeting(self) -> dict[str, Any]:
+        """What a program gets as its first line: nodes, signals with thresholds, adaptations, boot times, the seed."""
+        given = {name: parameter.value for name, parameter in self._parameter_overrides.items()}
+        return make_greeting(
+            cast("float", self.get_parameter("period").value),
+            given | {"entropy_threshold": self.entropy_threshold},
+        )
 
     @property
     def entropy_threshold(self) -> float:

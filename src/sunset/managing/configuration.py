@@ -5,13 +5,13 @@ from typing import Final
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
+from sunset.managing.wiring import Wiring
 from sunset.system.vocabulary import (
     Adaptation,
     AdaptationKind,
     Sensor,
     Value,
     described_faults,
-    described_nodes,
     full_name,
 )
 
@@ -80,7 +80,7 @@ class Configuration:
         self._healthy = healthy_settings()
         self._present: dict[Setting, Value] = {}
         self._redeployed_s: dict[str, float] = {}
-        self._boot_s = {node.name: max(0.0, node.activation_delay_s) for node in described_nodes()}
+        self._boot_s = Wiring().boot_s
 
     @property
     def booting(self) -> frozenset[str]:
@@ -98,7 +98,7 @@ class Configuration:
     def redeploy(self, node: str) -> None:
         """Redeploy a node, which forgets its settings."""
         self._manager.redeploy(node)
-        self._redeployed_s[node] = self._now_s
+        self._redeployed_s[node] = self._manager.now_s
         self._present = {key: value for key, value in self._present.items() if key[0] != node}
 
     def see(self, symptoms: Symptoms) -> None:
@@ -106,7 +106,7 @@ class Configuration:
         back = [
             node
             for node, since_s in self._redeployed_s.items()
-            if self._now_s - since_s > self._boot_s[node] and symptoms.state(node) == "active"
+            if self._manager.now_s - since_s > self._boot_s[node] and symptoms.state(node) == "active"
         ]
         for node in back:
             del self._redeployed_s[node]
@@ -128,7 +128,3 @@ class Configuration:
                 self._manager.activate(node)
             elif not value and symptoms.state(node) == "active":
                 self._manager.deactivate(node)
-
-    @property
-    def _now_s(self) -> float:
-        return self._manager.get_clock().now().nanoseconds / 1e9

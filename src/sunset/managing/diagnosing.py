@@ -86,11 +86,6 @@ class Diagnosing(ManagingSystem):
         self.is_looking, self.look_s, self.next_look_s, self.level = False, _FIRST_LOOK_S, 0.0, 0.0
         self.last_s, self.told = self.now_s, dict[str, float]()
 
-    @property
-    def now_s(self) -> float:
-        """The experiment's time."""
-        return self.get_clock().now().nanoseconds / 1e9
-
     def adapt(self, symptoms: Symptoms) -> None:
         """Treat the failures that show, and say what it believes."""
         self.symptoms = symptoms

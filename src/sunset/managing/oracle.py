@@ -91,11 +91,6 @@ class Oracle(ManagingSystem):
         self.create_subscription(FaultInjection, INJECTIONS_TOPIC, self.on_injection, 100)
         self.create_subscription(FaultEnd, FAULT_ENDS_TOPIC, self.on_end, 100)
 
-    @property
-    def now_s(self) -> float:
-        """The experiment's time."""
-        return self.get_clock().now().nanoseconds / 1e9
-
     def on_injection(self, injection: FaultInjection) -> None:
         """Take note of a fault that has come, and do something about it at once."""
         onset_s = ns_of(injection.stamp) / 1e9

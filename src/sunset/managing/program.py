@@ -9,7 +9,7 @@ import subprocess
 import termios
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, ClassVar, Final, cast
+from typing import Annotated, ClassVar, Final
 
 import msgspec
 from msgspec import Meta
@@ -22,16 +22,9 @@ from sunset.ros.task import Future
 from sunset.system.vocabulary import (
     AdaptationKind,
     Value,
-    described_nodes,
-    described_signals,
     node_names,
-    offered_adaptations,
-    topic_names,
 )
 from sunset.texts import shorten, suggestion
-
-PROTOCOL: Final = 1
-"""The version of what is written to a program and read from it."""
 
 _LONGEST: Final = 2**20
 """Bytes that a line of a program's output may have."""
@@ -135,7 +128,7 @@ class Program(ManagingSystem):
         assert self.__process.stdin is not None  # noqa: S101  pipes were asked for
         assert self.__process.stdout is not None  # noqa: S101  likewise
         self.__inlet, self.__outlet = self.__process.stdin.fileno(), self.__process.stdout.fileno()
-        self.__write(self.__system())
+        self.__write(self.greeting)
 
     def adapt(self, symptoms: Symptoms) -> None:
         """Ask the program what to do, and do it.
@@ -165,45 +158,6 @@ class Program(ManagingSystem):
         self.__process.kill()
         with self.__process:
             super().destroy_node()
-
-    def __system(self) -> dict[str, object]:
-        """Return the first line that the program gets."""
-        given = {name: parameter.value for name, parameter in self._parameter_overrides.items()}
-        given["entropy_threshold"] = self.entropy_threshold
-        signals = []
-        for signal in described_signals():
-            threshold = given.get(signal.threshold_name) if signal.calibrated else signal.threshold
-            described: dict[str, object] = {"name": signal.name, "node": signal.node, "unit": signal.unit}
-            if threshold is not None:
-                described |= {"threshold": threshold, "below": signal.below}
-            signals.append(described)
-        adaptations = []
-        for offered in offered_adaptations():
-            adaptation: dict[str, object] = {"id": str(offered), "kind": offered.kind, "node": offered.node}
-            if offered.parameter:
-                adaptation |= {"name": offered.parameter, "value": offered.value}
-            adaptations.append(adaptation)
-        nodes = [
-            {
-                "name": node.name,
-                "inputs": node.inputs,
-                "outputs": node.outputs,
-                "state": node.initial_state,
-                "activation_delay_s": max(0.0, node.activation_delay_s),
-            }
-            for node in described_nodes()
-        ]
-        return {
-            "protocol": PROTOCOL,
-            "system": {
-                "nodes": nodes,
-                "topics": topic_names(),
-                "signals": signals,
-                "adaptations": adaptations,
-            },
-            "period": cast("float", self.get_parameter("period").value),
-            "seed": given.get("manager_seed", 0),
-        }
 
     def __ask(self, question: object) -> Answer:
         self.__lines += 1

@@ -5,20 +5,20 @@ from typing import Final
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
+from sunset.managing.waits import Waits
+from sunset.managing.wiring import Wiring
 
-_PIPELINE: Final = (
-    ("rgb_camera", "camera", 22),
-    ("depth_camera", "depth", 22),
-    ("sensors_fused", "sensor_fusion", 12),
-    ("segmentation", "segmentation", 12),
-)
-"""Topics from upstream to downstream, the node that sends each, and in how many calls it is back after a redeploy."""
+_RESTART_S: Final = 0.5
+"""Time until a restarted node would send again."""
 
-_RESTART_CALLS: Final = 3
-"""Calls of `adapt`, one every 0.2 s, until a restarted node would send again."""
+_MARGIN_S: Final = 0.3
+"""Time until a node that has booted is heard."""
 
-_ENTROPY_CALLS: Final = 4
-"""Calls until the entropy, a mean over 5 frames, is one of new frames only."""
+_ENTROPY_S: Final = 0.7
+"""Time until the entropy, a mean over 5 frames, is one of new frames only."""
+
+_FOCUS_S: Final = 0.9
+"""Time until the sharpness is one of new frames only."""
 
 
 class Reactive(ManagingSystem):
@@ -34,38 +34,37 @@ class Reactive(ManagingSystem):
 
     def on_start(self) -> None:
         """Start with nothing done and nothing to wait for."""
+        self.wiring, self.waits = Wiring(), Waits(self)
         self.restarted = ""
-        self.repair_wait = self.focus_wait = self.trial_wait = 0
         self.trial = 0
         self.undo: Callable[[], object] | None = None
         self.entropy_before = 0.0
 
     def adapt(self, symptoms: Symptoms) -> None:
         """Answer each of the three kinds of symptoms, unless the last answer to it has still to show."""
-        self.repair_wait, self.focus_wait, self.trial_wait = (
-            max(0, calls - 1) for calls in (self.repair_wait, self.focus_wait, self.trial_wait)
-        )
-        silent = [stage for stage in _PIPELINE if symptoms.stopped(stage[0])]
+        silent = self.wiring.first_silent(symptoms)
         if silent:
-            self.trial_wait = _ENTROPY_CALLS  # the entropy is that of old frames
-            if not self.repair_wait:
-                self.repair(silent[0][1], silent[0][2])
-        elif not self.repair_wait:
-            self.restarted = ""
-        if symptoms.autofocus_needed and not symptoms.stopped("rgb_camera") and not self.focus_wait:
+            self.waits.start("trial", _ENTROPY_S)  # the entropy is that of old frames
+        if self.waits.over("repair"):
+            self.repair(silent)
+        if symptoms.autofocus_needed and not symptoms.stopped("rgb_camera") and self.waits.over("focus"):
             self.set_parameter("camera", "perform_autofocus", value=True)
-            self.focus_wait = self.trial_wait = 5
-        if not self.trial_wait:
+            self.waits.start("focus", _FOCUS_S)
+            self.waits.start("trial", _FOCUS_S)
+        if self.waits.over("trial"):
             self.judge(symptoms)
 
-    def repair(self, node: str, calls: int) -> None:
-        """Restart a node that is silent, or redeploy it if that was no help."""
-        if self.restarted != node:
+    def repair(self, node: str) -> None:
+        """Restart the node that is silent, or redeploy it if that was no help; do nothing if none is."""
+        if node and node != self.restarted:
             self.restart(node)
-            self.restarted, self.repair_wait = node, _RESTART_CALLS
-        else:
+            self.waits.start("repair", _RESTART_S)
+            self.restarted = node
+            return
+        if node:
             self.redeploy(node)
-            self.restarted, self.repair_wait = "", calls
+            self.waits.start("repair", self.wiring.boot_s[node] + _MARGIN_S)
+        self.restarted = ""
 
     def judge(self, symptoms: Symptoms) -> None:
         """While the segmentation is unsure, undo the last cure if it was no help, and try the next."""
@@ -78,7 +77,8 @@ class Reactive(ManagingSystem):
             self.entropy_before = symptoms.entropy
         cures = (self.recalibrate, self.switch_enhancement, self.ignore_depth)
         self.undo = cures[self.trial % len(cures)](symptoms)
-        self.trial, self.trial_wait = self.trial + 1, _ENTROPY_CALLS
+        self.trial += 1
+        self.waits.start("trial", _ENTROPY_S)
 
     def recalibrate(self, symptoms: Symptoms) -> None:
         """Fit colour and depth images together again; this harms nothing, so that it needs no undoing."""

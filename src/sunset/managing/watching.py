@@ -46,7 +46,7 @@ class Watch:
         self._silence.see(symptoms)
         if self._modality != self._configuration.get(MODALITY):
             self._modality = self._configuration.get(MODALITY)
-            self._clear_s = self._now_s + NEW_FRAMES_S
+            self._clear_s = self._manager.now_s + NEW_FRAMES_S
 
     def begin_repair(self, topic: str) -> None:
         """Take note that a topic's node is repaired: only what it loses from now on counts."""
@@ -72,14 +72,16 @@ class Watch:
     def _is_silent(self, topic: str) -> bool | None:
         node = self._wiring.publisher[topic]
         if node in self._configuration.booting or any(map(self._lacks, self._wiring.topics_before(node))):
-            self._asked_s[topic] = self._now_s + PASSING_S
+            self._asked_s[topic] = self._manager.now_s + PASSING_S
             self._silence.forgive(topic)
-        return self._silence.is_silent(topic) if self._now_s > self._asked_s.get(topic, 0.0) else None
+        return self._silence.is_silent(topic) if self._manager.now_s > self._asked_s.get(topic, 0.0) else None
 
     def _is_beyond(self, name: str) -> bool | None:
         if any(map(self._lacks, self._wiring.topics_until(self._nodes[name]))):
-            self._clear_s = self._now_s + NEW_FRAMES_S
-        return None if self._now_s < self._clear_s else self._thresholds.is_beyond(name, self._symptoms)
+            self._clear_s = self._manager.now_s + NEW_FRAMES_S
+        return (
+            None if self._manager.now_s < self._clear_s else self._thresholds.is_beyond(name, self._symptoms)
+        )
 
     def _lacks(self, topic: str) -> bool:
         """Return whether a topic may be silent, and the pipeline is not set to work without it."""
@@ -91,7 +93,3 @@ class Watch:
         )
         setting, value = WITHOUT.get(topic, (None, None))
         return is_away and (setting is None or self._configuration.get(setting) != value)
-
-    @property
-    def _now_s(self) -> float:
-        return self._manager.get_clock().now().nanoseconds / 1e9

@@ -11,6 +11,8 @@ from sunset.texts import listed
 
 _MOST: Final = 4
 """Times that are listed of a fault that came often."""
+_LATE_S: Final = 0.1
+"""A fault may come so much later than planned, and its symptom go so much later than it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,9 @@ def causes_of(
     came: dict[str, list[str]] = {}
     for outcome in metrics.outcomes:
         came.setdefault(outcome.fault, []).append(
-            _became(outcome, treatments, healed=(outcome.fault, outcome.until) in healed)
+            _became(outcome, treatments, healed=True)
+            if (outcome.fault, outcome.until) in healed
+            else _became(outcome, treatments, healed=False) + _would_have_healed(outcome, metrics, planned)
         )
     causes = [
         Cause(
@@ -100,6 +104,29 @@ def _became(outcome: FaultOutcome, treatments: Treatments, *, healed: bool) -> s
     parts = [f"in place from {start:.2f} to {stop:.2f} s only" for start, stop in undone[-1:]]
     parts += [f"healed by itself at {outcome.until:.2f} s"] if healed else []
     return ", ".join(parts)
+
+
+def _would_have_healed(outcome: FaultOutcome, metrics: RunMetrics, planned: Sequence[StoredFault]) -> str:
+    """Return when a fault that was cured would have healed by itself, and how long its symptom outlasted that."""
+    healing = [
+        plan.until
+        for plan in planned
+        if plan.name == outcome.fault
+        and plan.until is not None
+        and plan.at <= outcome.began + _LATE_S < plan.until
+    ]
+    if outcome.cured is None or not healing:
+        return ""
+    ends = [
+        episode.ended
+        for episode in metrics.failures
+        if episode.failure == outcome.failure
+        and episode.injected
+        and outcome.began <= episode.began < healing[0]
+    ]
+    late_s = max((end - healing[0] for end in ends if end is not None), default=0.0)
+    later = f", {late_s:.2f} s before {outcome.failure} was over" if late_s > _LATE_S else ""
+    return f" (it would have healed by itself at {healing[0]:.2f} s{later})"
 
 
 def _cured_by(fault: Fault, became: Sequence[str]) -> str:

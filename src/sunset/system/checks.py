@@ -1,7 +1,7 @@
 """What the parts of a managed system must be, so that they fit each other; one sentence for each mistake."""
 
 from collections.abc import Collection, Iterable, Mapping
-from math import isfinite
+from math import inf, isfinite
 from typing import Final, TypeVar, get_args
 
 from sunset.errors import ExtensionError, ScenarioError
@@ -87,12 +87,56 @@ def check_parameter(adaptation: Adaptation, node_class: type) -> None:
     """Check that a node's class has the parameter that an adaptation or an injection sets, if it sets one.
 
     Raises:
-        ExtensionError: it has not.
+        ExtensionError: it has not, or the parameter is of another type or range.
     """
-    if adaptation.parameter and not hasattr(node_class, adaptation.parameter):
+    if not adaptation.parameter:
+        return
+    parameter = getattr(node_class, adaptation.parameter, None)
+    default = getattr(parameter, "default", None)
+    what = f"the parameter {adaptation.parameter!r}"
+    if default is None:
         raise ExtensionError(
-            f"The class {node_class.__name__} of the node {adaptation.node} does not have the parameter "
-            f"{adaptation.parameter!r}: {suggestion(adaptation.parameter, vars(node_class))}add it there."
+            f"The class {node_class.__name__} of the node {adaptation.node} does not have {what}: "
+            f"{suggestion(adaptation.parameter, vars(node_class))}add it there, or name another (a fault's parameter "
+            "has the fault's name unless it says parameter=...)."
+        )
+    value, low, high = (
+        adaptation.value,
+        getattr(parameter, "minimum", None),
+        getattr(parameter, "maximum", None),
+    )
+    if type(value) is not type(default):
+        raise ExtensionError(
+            f"The class {node_class.__name__} has {what} of type {type(default).__name__}, got {value!r}: write a "
+            f"value such as {default!r}."
+        )
+    if isinstance(value, int | float) and not (-inf if low is None else low) <= value <= (
+        inf if high is None else high
+    ):
+        raise ExtensionError(
+            f"The class {node_class.__name__} takes for {what} values from {low} to {high}, got {value!r}: change one "
+            "of the two."
+        )
+
+
+def check_fault_parameter(fault: Fault, node_class: type) -> None:
+    """Check that the class of a fault's node takes all its strengths, and is without the fault at first.
+
+    Raises:
+        ExtensionError: it does not, or is not.
+    """
+    if (fault.node, fault.parameter) not in [(step.node, step.parameter) for step in fault.injection]:
+        return
+    for value in fault.limits or ():
+        strength = type(fault.value)(value)
+        check_parameter(
+            Adaptation(AdaptationKind.SET_PARAMETER, fault.node, fault.parameter, strength), node_class
+        )
+    default = getattr(getattr(node_class, fault.parameter, None), "default", fault.healthy)
+    if default != fault.healthy:
+        raise ExtensionError(
+            f"The fault {fault.name} is healthy at {fault.healthy!r}, and the parameter {fault.parameter!r} of the "
+            f"class {node_class.__name__} begins with {default!r}: say healthy={default!r} in the Fault."
         )
 
 

@@ -13,7 +13,7 @@ from sunset.errors import ExtensionError
 from sunset.input_files import file_digest
 from sunset.interruption import noted_interrupts
 from sunset.source_files import compiled_checksum, import_file, import_place, is_edited
-from sunset.system.checks import check_added_signals, check_parameter, check_subclass
+from sunset.system.checks import check_added_signals, check_fault_parameter, check_parameter, check_subclass
 from sunset.system.description import Fault
 from sunset.system.paper import PAPER
 from sunset.system.suites import names_in_suite
@@ -190,6 +190,8 @@ def _extended(where: str | Path, extension: Extension, extensions: Mapping[str, 
                     system.image_function(function)
         for adaptation in extension.named_adaptations:
             check_parameter(adaptation, system.node_class(adaptation.node))
+        for fault in extension.faults:
+            check_fault_parameter(fault, system.node_class(fault.node))
         for name, suite in extension.suites.items():
             names_in_suite(name, suite)
     except ExtensionError as error:

@@ -30,6 +30,8 @@ _RELIEF_M: Final = 3.0
 _NEARBY: Final = (17, 17)
 """Pixels of that mean."""
 
+_EDGES: Final = (255, 140, 0)
+"""The colour of the depth image's edges in a colour image: orange."""
 _LEGEND: Final = 8
 """So many classes are named, those with most pixels."""
 
@@ -139,7 +141,11 @@ def _fill(figure: "Figure", views: Sequence[View], name: str, model: Model) -> N
     figure.suptitle(f"{fault.description}\nCure: {fault.cure_texts[0]}", fontsize=8, x=0.01, ha="left")
     frequent = np.bincount(views[0].labels.ravel(), minlength=len(CLASSES)).argsort()[::-1][:_LEGEND]
     handles = [Patch(color=np.array(COLOURS[index]) / 255, label=CLASSES[index]) for index in frequent]
-    figure.legend(handles=handles, loc="outside lower center", ncols=_LEGEND, frameon=False, fontsize=7)
+    if effects()[name].unit.startswith("pixels"):
+        handles[-2:] = [
+            Patch(color=np.array(_EDGES) / 255, label="edges in depth")
+        ]  # where two classes had room
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False, fontsize=7)
 
 
 def _compared(signal: Signal, value: float, threshold: float) -> str:
@@ -158,9 +164,9 @@ def _relief(depth: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint8]:
 
 
 def _with_edges(image: npt.NDArray[np.uint8], depth: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint8]:
-    """Return a colour image with the edges of the depth image in orange, which are on those of things if both fit."""
+    """Return a colour image with the edges of the depth image, which are on those of things if both fit."""
     metres = depth.astype(np.float32) * (FAR_PLANE_M / 65535)
     step = np.abs(cv2.Laplacian(metres, cv2.CV_32F, ksize=1))
     marked = image.copy()
-    marked[step > 0.5 * _RELIEF_M] = (255, 140, 0)
+    marked[step > 0.5 * _RELIEF_M] = _EDGES
     return marked

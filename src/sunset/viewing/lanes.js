@@ -79,19 +79,20 @@ class Lanes {
     track.append(element("div", { class: `bar ${kind}`, title, style }, right - left > 9 ? text : shorter));
   }
 
-  /** Add marks at moments to a track, each with as much of its text as fits before the next. */
+  /** Add marks at moments to a track, each with as much of its text as fits before the next, if that is enough. */
   marks(track, kind, items) {
     items.forEach(({ time, text, title }, number) => {
       const until = items[number + 1]?.time ?? this.end;
+      const room = this.percent(until) - this.percent(time);
       const style = {
         left: `${this.percent(time)}%`,
-        width: `calc(${this.percent(until) - this.percent(time)}% - .5rem)`,
+        width: `calc(${room}% - .5rem)`,
       };
       track.append(
         element(
           "div",
           { class: `mark ${kind}`, title: `${time.toFixed(2)} s: ${title ?? text}`, style },
-          text,
+          element("span", {}, room > 9 ? text : ""),
         ),
       );
     });
@@ -248,7 +249,9 @@ class Lanes {
       width: 1,
       points: { show: false },
     };
-    this.plot(track, [grid, rates], [{}, line], [0, 1.15 * most(1, rates)]);
+    const top = most(1, rates);
+    this.plot(track, [grid, rates], [{}, line], [0, top]);
+    track.append(element("small", { class: "top" }, `${top} Hz`));
     this.reading(track, this.runs.indexOf(run), (time) => `${sent(time)} Hz`);
   }
 

@@ -21,9 +21,8 @@ from sunset.output_files import write_text
 from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions
 from sunset.viewing.collecting import run_view
-from sunset.viewing.document import LabelClass, Page, PicturesView
+from sunset.viewing.document import LabelClass, Page, PicturesView, RunView
 from sunset.viewing.frames import is_shown
-from sunset.viewing.opening import opening
 from sunset.viewing.pictures import Placed, Source, make_pictures
 from sunset.viewing.words import compared
 from sunset.workers import Progress
@@ -161,7 +160,7 @@ def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> 
     page = Page(
         title=viewed[0].run.record.scenario,
         comparison=compared(*(one.run for one in viewed)) if len(viewed) > 1 else [],
-        opening=opening(runs),
+        opening=_opening(runs),
         version=__version__,
         runs=runs,
         classes=_classes(),
@@ -222,3 +221,9 @@ def _asset(name: str) -> str:
 def _checksum(text: str) -> str:
     """Return the checksum by which the page's policy knows its own style and script."""
     return b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def _opening(runs: Sequence[RunView]) -> float:
+    """Return a second before the first fault comes, when all is still well; 0 if none comes."""
+    came = [since for run in runs for fault in run.faults for since, _ in fault.spans]
+    return max(min(came) - 1.0, min(run.start for run in runs)) if came else 0.0

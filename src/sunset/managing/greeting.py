@@ -1,0 +1,56 @@
+"""What a managing system is told of the managed one before the first decision."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from sunset.system.vocabulary import (
+    Adaptation,
+    Signal,
+    described_nodes,
+    described_signals,
+    offered_adaptations,
+    topic_names,
+)
+
+PROTOCOL: Final = 1
+"""The version of what is written to a program and read from it."""
+
+
+def make_greeting(period_s: float, parameters: Mapping[str, object]) -> dict[str, Any]:
+    """Return the first line that a program gets, as `docs/writing-programs.md` describes it.
+
+    Args:
+        period_s: seconds between two decisions.
+        parameters: of the managing system: the thresholds of signals, and `manager_seed`.
+    """
+    nodes = [
+        {
+            "name": node.name,
+            "inputs": list(node.inputs),
+            "outputs": list(node.outputs),
+            "state": node.initial_state,
+            "activation_delay_s": max(0.0, node.activation_delay_s),
+        }
+        for node in described_nodes()
+    ]
+    system = {
+        "nodes": nodes,
+        "topics": list(topic_names()),
+        "signals": [_described_signal(signal, parameters) for signal in described_signals()],
+        "adaptations": [_described_adaptation(offered) for offered in offered_adaptations()],
+    }
+    seed = parameters.get("manager_seed", 0)
+    return {"protocol": PROTOCOL, "system": system, "period": period_s, "seed": seed}
+
+
+def _described_signal(signal: Signal, parameters: Mapping[str, object]) -> dict[str, object]:
+    described: dict[str, object] = {"name": signal.name, "node": signal.node, "unit": signal.unit}
+    threshold = parameters.get(signal.threshold_name) if signal.calibrated else signal.threshold
+    return described if threshold is None else {**described, "threshold": threshold, "below": signal.below}
+
+
+def _described_adaptation(offered: Adaptation) -> dict[str, object]:
+    described: dict[str, object] = {"id": str(offered), "kind": offered.kind.value, "node": offered.node}
+    return (
+        {**described, "name": offered.parameter, "value": offered.value} if offered.parameter else described
+    )

@@ -86,7 +86,10 @@ def without_last_clock(payloads: list[Payload]) -> list[Payload]:
 def flipped(folder: Path) -> None:
     file = folder / WET / "messages.mcap"
     content = bytearray(file.read_bytes())
-    content[len(content) // 3] ^= 0xFF
+    chunk = 17 + int.from_bytes(
+        content[9:17], "little"
+    )  # behind magic and header record; messages are at its end
+    content[chunk + int.from_bytes(content[chunk + 1 : chunk + 9], "little") - 53] ^= 0xFF
     file.write_bytes(content)
 
 

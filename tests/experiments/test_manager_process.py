@@ -167,15 +167,15 @@ def test_what_comes_with_sunset_and_is_killed_ends_the_run(
 def test_one_that_cannot_be_loaded_is_refused(line: str, limit_s: float, reason: str, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(line, encoding="utf-8")
     with pytest.raises(ManagerError, match=reason):
-        manager_checksum(f"{tmp_path / 'mine.py'}:Mine", limit_s=limit_s)
+        manager_checksum(f"{tmp_path / 'mine.py'}:Mine", Settings(manager_limit_s=limit_s))
 
 
 LOADING = """
 import sys
 import sysconfig
 import venv
-from sunset.experiments import manager_checksum
-print(manager_checksum("mine:Mine", limit_s=30.0))
+from sunset.experiments import Settings, manager_checksum
+print(manager_checksum("mine:Mine", Settings()))
 """
 
 
@@ -218,7 +218,7 @@ def test_a_program_cannot_name_a_folder_that_holds_the_cache(
         ManagerError,
         match=f"names {tmp_path}, and {tmp_path / 'cache'} is where SUNSET keeps flights and their",
     ):
-        manager_checksum(f"exec:python3 {tmp_path / 'program.py'} {tmp_path}", limit_s=30.0)
+        manager_checksum(f"exec:python3 {tmp_path / 'program.py'} {tmp_path}", Settings())
 
 
 ODD = """
@@ -266,7 +266,7 @@ def test_an_extension_that_cannot_be_loaded_beside_it_is_named_with_what_it_sees
             ExtensionError, match=r"dirt.py cannot be imported: .* write into the file what it needs"
         ),
     ):
-        manager_checksum("none", limit_s=30.0)
+        manager_checksum("none", Settings())
 
 
 READER = """
@@ -307,7 +307,7 @@ def test_what_decides_what_it_is_measured_by_is_not_shown_to_it(
     program = f"exec:python3 {tmp_path / 'reader.py'} {tmp_path / name}"
     manager = program if way == "program" else f"{tmp_path / 'reader.py'}:Reader"
     with pytest.raises(ManagerError, match=what):
-        manager_checksum(manager, limit_s=30.0)
+        manager_checksum(manager, Settings())
 
 
 def test_its_own_files_are_shown_to_it(tmp_path: Path) -> None:
@@ -335,9 +335,9 @@ def test_a_link_beside_it_to_what_is_not_python_is_not_shown_to_it(tmp_path: Pat
 
 
 def test_a_bystander_whose_name_is_not_utf8_hinders_nothing(sudden: str, tmp_path: Path) -> None:
-    own = manager_checksum(sudden, limit_s=30.0)
+    own = manager_checksum(sudden, Settings())
     (tmp_path / os.fsdecode(b"caf\xe9.py")).write_text("", encoding="utf-8")
-    assert manager_checksum(sudden, limit_s=30.0) == own
+    assert manager_checksum(sudden, Settings()) == own
 
 
 def test_a_folder_whose_name_is_not_utf8_is_said_to_be_unfit(tmp_path: Path) -> None:
@@ -345,15 +345,15 @@ def test_a_folder_whose_name_is_not_utf8_is_said_to_be_unfit(tmp_path: Path) -> 
     folder.mkdir()
     (folder / "sudden.py").write_text(SUDDEN, encoding="utf-8")
     with pytest.raises(ManagerError, match="whose name is not UTF-8: rename it"):
-        manager_checksum(f"{folder / 'sudden.py'}:Sudden", limit_s=30.0)
+        manager_checksum(f"{folder / 'sudden.py'}:Sudden", Settings())
 
 
 def test_the_checksum_is_that_of_its_files(sudden: str, tmp_path: Path) -> None:
-    one = manager_checksum(sudden, limit_s=30.0)
+    one = manager_checksum(sudden, Settings())
     (tmp_path / "sudden.py").write_text(SUDDEN.replace("5.0", "6.0"), encoding="utf-8")
 
-    assert manager_checksum(sudden, limit_s=30.0) != one
-    assert manager_checksum(register_manager(NoAdaptation, "own"), limit_s=30.0)
+    assert manager_checksum(sudden, Settings()) != one
+    assert manager_checksum(register_manager(NoAdaptation, "own"), Settings())
 
 
 CHEATS = """
@@ -418,7 +418,7 @@ def test_one_is_written_where_it_was_found_whatever_its_process_says(
     lie = f"\nsunset.harness.manager_process.manager_sources = lambda *_: {told}"
     (cheats.parent / "lying.py").write_text(CHEATS + lie, encoding="utf-8")
     with pytest.raises(ManagerError, match=reason):
-        manager_checksum(f"{cheats.parent / 'lying.py'}:Liar", limit_s=30.0)
+        manager_checksum(f"{cheats.parent / 'lying.py'}:Liar", Settings())
 
 
 @pytest.mark.parametrize(

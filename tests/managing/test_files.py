@@ -7,7 +7,7 @@ from textwrap import dedent
 import pytest
 
 from sunset.errors import ManagerError
-from sunset.experiments import manager_checksum
+from sunset.experiments import Settings, manager_checksum
 from sunset.managing import checksum
 from sunset.managing.files import manager_code, manager_data, written_files
 
@@ -115,7 +115,7 @@ def test_the_files_of_a_managing_system_are_known_before_it_is_loaded(tmp_path: 
         FILES.keys() - {"absent.py", "late.py", "package/unused.py"},
         FILES.keys() - {"package/unused.py"},
     ]
-    assert manager_checksum(spec, limit_s=30.0) == checksum(spec, likely)
+    assert manager_checksum(spec, Settings()) == checksum(spec, likely)
 
 
 def test_a_file_that_is_gone_is_said() -> None:

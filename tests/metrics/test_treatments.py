@@ -16,7 +16,7 @@ from sunset.metrics import (
     unnecessary_redeploys,
 )
 from sunset.system import STATE, Adaptation, AdaptationKind, Extension, Fault, FaultKind
-from sunset.system.current import _state
+from sunset.system.current import _process
 
 FUSION = "/managed_subsystem/sensor_fusion"
 DECLARED = (
@@ -514,8 +514,8 @@ _FOG = Fault(
 @pytest.fixture
 def foggy(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let this process's system have a fault whose cure is of two steps."""
-    system = _state.system
-    monkeypatch.setattr(_state, "system", type(system)(*system.parts, Extension(faults=(_FOG,))))
+    system = _process.system
+    monkeypatch.setattr(_process, "system", type(system)(*system.parts, Extension(faults=(_FOG,))))
 
 
 @pytest.mark.usefixtures("foggy")

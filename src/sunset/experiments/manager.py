@@ -38,15 +38,16 @@ def manager_checksum(manager: str, settings: Settings) -> str:
         return process.checksum()
 
 
-def imported_versions(manager: str, *, limit_s: float) -> dict[str, str]:
-    """Load a managing system in a process of its own; return the versions of the distributions that it imports.
+def imported_versions(manager: str, settings: Settings) -> dict[str, str]:
+    """Load a managing system as `manager_checksum` does; return the versions of the distributions that it imports.
 
     Raises:
         ManagerError: it cannot be loaded.
     """
     if manager == EXTERNAL:
         return {}
-    with manager_process(manager, limit_s=limit_s) as process:
+    limit_s, variables = settings.manager_limit_s, settings.manager_env
+    with manager_process(manager, limit_s=limit_s, variables=variables) as process:
         return process.imported_versions()
 
 

@@ -255,7 +255,7 @@ def _run_live(
         found,
         shortfall,
         failure,
-        imported_versions(spec.manager, limit_s=spec.settings.manager_limit_s),
+        imported_versions(spec.manager, spec.settings),
     )
 
 

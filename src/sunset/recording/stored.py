@@ -7,7 +7,8 @@ from typing import IO, TYPE_CHECKING
 
 from sunset.dataframes import data_frame
 from sunset.errors import RecordError
-from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Timeline, score
+from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Timeline
+from sunset.metrics.score import score
 from sunset.recording.causes import Cause, causes_of
 from sunset.recording.logs import ROSOUT, LogLine, log_of
 from sunset.recording.reader import check_extensions, read_messages, timeline_of

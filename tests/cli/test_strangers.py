@@ -57,7 +57,7 @@ def stranger(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator
         text = EVIL.format(port=listener.getsockname()[1])
         (folder / "evil.py").write_text(text)
         (folder / "program.py").write_text(
-            text.partition("from")[0] + "import sys\nfor _ in sys.stdin: print({}, flush=True)\n"
+            text.partition("from")[0] + "import sys\ninput()\nfor _ in sys.stdin: print({}, flush=True)\n"
         )
         managers = f"none,evil={folder}/evil.py:Evil,program=exec:python3 {folder}/program.py"
         made = Stranger(listener, folder / "campaign", folder / "campaign.zip")

@@ -30,7 +30,6 @@ from sunset import errors
 from sunset.errors import SunsetError
 from sunset.forks import fill_standard_streams, signal_after_parent
 from sunset.interruption import ENDING, noted_signals
-from sunset.texts import shorten
 
 T = TypeVar("T")
 
@@ -296,7 +295,7 @@ def _outcome(
     except SunsetError as error:
         # the nearest class that the other side knows
         known = next(kind.__name__ for kind in type(error).__mro__ if _class_of_ours(kind.__name__))
-        return {"error": known, "text": shorten(str(error), _LONGEST)}
+        return {"error": known, "text": str(error)}
     except MemoryError:
         return {"death": f"ran out of memory: it may take {_MEMORY >> 30} GiB"}
     except BaseException:  # noqa: BLE001  the other side raises it

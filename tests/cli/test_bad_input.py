@@ -223,7 +223,6 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "no repetition": (["bench", "--repetitions", "0", "--out", "o"], "0"),
     "no job": (["bench", "--jobs", "0", "--out", "o"], "0"),
     "no time": (["run", "--manager-limit", "0"], "0"),
-    "no time for a bundle": (["bundle", "o", "--out", "o.zip", "--manager-limit", "0"], "time limit [s]"),
     "a rate in the simulation": (["run", "--rate", "2"], "live runs"),
     "a viewer that is not a node": (
         ["run", "--middleware", "cyclonedds", "--viewer", "rviz"],

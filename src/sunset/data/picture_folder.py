@@ -1,7 +1,7 @@
 """A plain folder of pictures: the frames of a flight from anywhere, in `rgb`, `depth` and `labels`."""
 
 import re
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -117,7 +117,7 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
                 "put the pictures of the three kinds into one each, and leave out labels if there are none."
             )
     found = {name: _pictures(folder / name) for name in _KINDS if (folder / name).is_dir()}
-    names = _ordered(set().union(*found.values()), folder)
+    names = sorted(set().union(*found.values()), key=_order)
     for name, pictures in found.items():
         if missing := [stem for stem in names if stem not in pictures and name != "labels"]:
             counts = ", ".join(f"{len(own)} in {one}" for one, own in found.items())
@@ -125,6 +125,7 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
                 f"The folder {folder} must hold pictures of the same names in all folders, got {counts}, and "
                 f"{name} lacks {missing[0]}; name the pictures of a frame alike."
             )
+    _check_order(names, folder)
     low, high = first or 0, len(names) - 1 if last is None else last
     if not low <= high < len(names):
         raise DataError(
@@ -155,18 +156,16 @@ def _pictures(folder: Path) -> dict[str, Path]:
     return pictures
 
 
-def _ordered(names: Collection[str], folder: Path) -> list[str]:
-    """Return names in order, which is the same however they can be read."""
-    ordered = sorted(names, key=_order)
+def _check_order(ordered: Sequence[str], folder: Path) -> None:
+    """Refuse names whose order depends on how their numbers are read."""
     for kind, (pattern, value) in _READINGS.items():
-        if all(map(pattern.fullmatch, names)):
+        if all(map(pattern.fullmatch, ordered)):
             for one, other in pairwise(ordered):
                 if value(one) > value(other):
                     raise DataError(
                         f"The folder {folder} must hold pictures whose names have one order, got {one} and {other}, "
                         f"whose order as {kind} numbers is another; name them by their places, such as 00000 and 00001."
                     )
-    return ordered
 
 
 def _order(name: str) -> tuple[list[str | int], str]:

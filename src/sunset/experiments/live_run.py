@@ -236,8 +236,6 @@ def run_live(
             print(line, file=sys.stderr)  # noqa: T201  as in the simulation
 
     warning = slowness(_inference_s(resources), spec.timing.period_s / spec.settings.speed)
-    if warning:
-        print(warning, file=sys.stderr)  # noqa: T201  before the flight, since it may be lost
     clock = LiveClock(time.time_ns(), float(spec.settings.speed))
     offset_ns = _clock_offset_ns()
     watch = _Watch(observer, frames, clock, spec.settings.viewers)
@@ -251,6 +249,8 @@ def run_live(
         tap = stack.enter_context(live.observe(watch, domain_id=domain_id))
         check_signals()
         system = stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
+        if warning:
+            print(warning, file=sys.stderr)  # noqa: T201  before the flight, since it may be lost
         supervisor = LiveSupervisor(
             spec.scenario.name, spec.timing, _readiness(spec, watch, system), context=system.context
         )

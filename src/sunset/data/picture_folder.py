@@ -35,7 +35,7 @@ _READINGS: Final = MappingProxyType[str, tuple[re.Pattern[str], Callable[[str], 
         "hexadecimal": (re.compile(r"(?:0[xX])?[0-9a-fA-F]+"), partial(int, base=16)),
     }
 )
-"""What names may be besides texts and numbers in turns → what such names look like, and their values."""
+"""How a name can be read as one number → the pattern of such names, and how to get the number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +156,7 @@ def _pictures(folder: Path) -> dict[str, Path]:
 
 
 def _ordered(names: Collection[str], folder: Path) -> list[str]:
-    """Return names in order, which is the same however they can be read."""
+    """Return names in order, and refuse those that have another order as decimal or hexadecimal numbers."""
     ordered = sorted(names, key=_order)
     for kind, (pattern, value) in _READINGS.items():
         if all(map(pattern.fullmatch, names)):

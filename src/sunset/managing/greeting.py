@@ -1,4 +1,4 @@
-"""What a managing system is told of the managed one before the first decision."""
+"""The description of the managed system that a managing system gets before its first decision."""
 
 from collections.abc import Mapping
 from typing import Any, Final

@@ -83,7 +83,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         manager_versions: of the distributions that it imported when it was loaded, by name; where there are any.
         manager_failed: how the managing system failed, after which the run went on without one; or why a run has
             neither messages nor figures: `is_empty`. None if neither is so.
-        missing_walls: which of the walls around a managing system of the user's own there were not.
+        missing_walls: which walls around a user's own managing system were missing.
         flight: what the flight is called.
         flight_conditions: under which it was rendered, where they are not those of the default flight.
         flight_warning: what a reader must know of it, in one sentence; where there is something.

@@ -99,11 +99,13 @@ def _load(manager: str, parts: Mapping[str, Path | bytes], folder: str) -> str:
         return ""
     if manager.startswith(PREFIX):
         (root,) = {str(path).removesuffix(part) for part, path in parts.items()}
+        words = _words(manager)
+        found = parse_command(manager).words[-len(words) :]  # without what runs a script
         words = [
             str(PurePosixPath(folder, f"{word}/".removeprefix(root)))
             if _holds(word, parts.values())
             else typed
-            for typed, word in zip(_words(manager), parse_command(manager).words, strict=True)
+            for typed, word in zip(words, found, strict=True)
         ]
         return PREFIX + shlex.join(words)
     where, _, kind = manager.rpartition(":")

@@ -17,7 +17,7 @@ PROTOCOL: Final = 1
 
 
 def make_greeting(period_s: float, parameters: Mapping[str, object]) -> dict[str, Any]:
-    """Return the first line that a program gets, as `docs/writing-programs.md` describes it.
+    """Return the first line that a program gets, as `docs/programs.md` describes it.
 
     Args:
         period_s: seconds between two decisions.

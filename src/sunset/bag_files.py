@@ -47,7 +47,7 @@ _log: Final = logging.getLogger(__name__)
 
 
 def connections_of(reader: Reader) -> list[Connection]:
-    """Return what a bag's metadata tells of, and what each of its files has, which may differ in QoS."""
+    """Return the connections in a bag's metadata and in each of its files, which may differ in QoS."""
     bag = reader.storage
     files = bag.storages if isinstance(bag, DirectoryReader) else []
     return [*reader.connections, *(connection for file in files for connection in file.connections)]
@@ -77,7 +77,7 @@ class _Mcap(McapReader):
             raise
 
     def _scan(self) -> None:
-        """Find its chunks, up to the last whole one, and what is in them."""
+        """Index its whole chunks, and read what they hold."""
         assert self.bio is not None  # noqa: S101  it is open
         size, place, chunks = Path(str(self.path)).stat().st_size, self.data_start, []
         while place + _HEAD <= size:
@@ -102,7 +102,7 @@ class _Mcap(McapReader):
 
 
 class _Folder(DirectoryReader):
-    """A bag's folder; where no metadata say what is in its files, these say it."""
+    """A bag's folder; without usable metadata, its files say what they hold."""
 
     STORAGE_PLUGINS: "Mapping[str, type[ReaderProtocol]]" = MappingProxyType(
         {"mcap": _Mcap, "sqlite3": Sqlite3Reader}
@@ -139,7 +139,7 @@ class _FlightBag(Reader):
 
 
 def files_of_recording(folder: Path) -> list[Path]:
-    """Return the files of the recording in a folder, NAME_0, NAME_1 and so on if there are several; else none."""
+    """Return the files of the one recording in a folder: a single file, or NAME_0, NAME_1 and so on; else none."""
     files = [path for path in folder.iterdir() if path.suffix in _FlightBag.STORAGE_PLUGINS]
     parts = {path.name: path for path in files}
     for first in files if len(files) > 1 else ():
@@ -154,7 +154,7 @@ def open_bag(path: Path, *, cut_off: bool = False) -> Reader:
 
     Args:
         path: the folder or file.
-        cut_off: whether a file in MCAP may lack its end, which a warning says then; and a folder its metadata.
+        cut_off: whether a file in MCAP may lack its end, of which a warning is logged, and a folder its metadata.
 
     Raises:
         OSError: a file cannot be read, or is not a regular one.

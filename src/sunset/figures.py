@@ -48,7 +48,7 @@ def check_figure(path: Path) -> None:
 
 @contextmanager
 def drawing(style: Mapping[str, Any] = MappingProxyType({})) -> "Iterator[type[Figure]]":
-    """Give matplotlib's class of figures, which look the same for everybody: a user's own settings do not count.
+    """Give matplotlib's class of figures, and ignore the user's settings, so that figures always look the same.
 
     Args:
         style: what differs from matplotlib's defaults.

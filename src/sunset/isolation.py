@@ -183,7 +183,7 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
     made: list[int] = []
     code = None
     flush_streams()
-    # files, since a pipe that nobody reads holds 64 KiB only
+    # files, since a pipe holds only 64 KiB
     with TemporaryFile() as answer, TemporaryFile() as frames:
         held = signal.pthread_sigmask(signal.SIG_BLOCK, ())
         try:

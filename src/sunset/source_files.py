@@ -40,7 +40,7 @@ _OWN: Final = (".py", ".yaml")
 def package_version() -> str:
     """Return this package's version with a checksum of its source files, such as `0.1.0+c3f2a1b4`.
 
-    Whoever edits a file has another version, whose results may differ.
+    Edited files make another version, since results may differ.
     """
     root, digest = os.path.dirname(__file__), hashlib.sha256()  # noqa: PTH120  a Path a file takes as long as reading it
     for folder, folders, files in os.walk(root):
@@ -133,7 +133,7 @@ def modules_beside(folder: Path) -> tuple[Path, ...]:
 
 
 def installed_folders() -> tuple[Path, ...]:
-    """Return the folders that hold Python, this package, and what is installed for it, wherever `sys.path` has that.
+    """Return the folders that hold Python, this package, and packages installed anywhere in `sys.path`.
 
     A folder of `sys.path` that `has_libraries` is taken to hold no files of the user's own, unless it is the working
     directory.
@@ -146,7 +146,7 @@ def installed_folders() -> tuple[Path, ...]:
 
 @cache
 def has_libraries(folder: Path) -> bool:
-    """Return whether a folder is an installer's by its name, or has a note of one on what it installed there."""
+    """Return whether a folder holds installed packages, by its name or by the metadata of one in it."""
     return folder.name in {"site-packages", "dist-packages"} or any(folder.glob("*.dist-info"))
 
 

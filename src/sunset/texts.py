@@ -55,7 +55,7 @@ def shorten(text: str, longest: int = 1000) -> str:
 
 
 def sentence(text: str) -> str:
-    """Return a sentence that quotes texts of others, made printable; one that is far too long loses its middle.
+    """Return a sentence that quotes texts of others, made printable, and without its middle if it is far too long.
 
     >>> len(sentence("There is no scenario " + "x" * 5000 + ": name another."))
     2000

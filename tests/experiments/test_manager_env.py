@@ -54,7 +54,7 @@ def test_a_campaign_passes_a_variable_and_keeps_its_value_nowhere(
     bare = "--no-references --no-score"
 
     words = ["bench", *choice.split(), *bare.split(), "--managers", f"keyed={keyed}", "--manager-env", NAME]
-    assert main([*words, "--out", str(out)]) == 1  # it fails in its only run
+    assert main([*words, "--out", str(out)]) == 1  # it failed in each of its runs
     assert main(["report", str(out), "--site", str(site)]) == 0
 
     (record,) = out.rglob("run.json")

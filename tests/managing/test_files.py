@@ -121,3 +121,9 @@ def test_the_files_of_a_managing_system_are_known_before_it_is_loaded(tmp_path: 
 def test_a_file_that_is_gone_is_said() -> None:
     with pytest.raises(ManagerError, match=r"There is no file gone\.py\."):
         list(written_files("gone.py:Mine"))
+
+
+def test_a_file_that_is_not_python_is_said(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("class Mine(:\n")
+    with pytest.raises(ManagerError, match=r"The file .*mine\.py cannot be read as Python: invalid syntax"):
+        list(written_files(f"{tmp_path / 'mine.py'}:Mine"))

@@ -356,6 +356,15 @@ def test_frames_without_truth_change_no_masked_time() -> None:
     assert score(part).masked_s == score(whole).masked_s == pytest.approx(14.6)
 
 
+def test_where_only_healthy_frames_have_a_truth_nothing_is_called_masked() -> None:
+    whole = masking(Run(SHIFT)).timeline()
+    frames = whole.frames
+    known = frames.times < 0
+    some = {name: getattr(frames, name)[known] for name in ("intersection", "predicted", "truth")}
+    healthy = Frames(frames.times[known], frames.iou[known], **some)
+    assert score(replace(whole, frames=healthy, without_truth=frames.times[~known])).masked_s == 0.0
+
+
 def test_on_a_flight_without_truth_nothing_is_called_masked() -> None:
     whole = masking(Run(SHIFT)).timeline()
     metrics = score(replace(whole, frames=Frames(), without_truth=whole.frames.times))

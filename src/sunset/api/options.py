@@ -40,8 +40,8 @@ class Options(TypedDict, total=False):
         duration: seconds that are measured; as many as the scenario says if left out, which are 20 if it says nothing.
         cache: whether results of inference are looked up and kept in the user's cache folder; True if left out.
         images: whether the records keep images, as a file of their own.
-        manager_limit: seconds of processor time that one callback of the managing system may take, and a tenth of what
-            it may take of wall time.
+        manager_limit: seconds of processor time that one callback of the managing system may take; ten times as much
+            wall time.
         manager_env: names of environment variables that the managing system gets; their values are stored nowhere.
         thinking: seconds of the experiment that every decision of the managing system takes; 0 if left out.
         middleware: `sim`, or the name of a live middleware.

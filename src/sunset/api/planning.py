@@ -248,7 +248,7 @@ def _prospect(pair: str, found: Variances, design: Design) -> Prospect:
 
 
 def _measured(folder: Path) -> dict[str, Variances]:
-    """Return the variances of neighbours' differences in a campaign, of those that have an interval."""
+    """Return the variances of those differences between neighbours in a campaign that have an interval."""
     return {
         f"{difference.first} − {difference.second}": variances(difference.iou_net.spread)
         for table in score_tables(load_results(folder))
@@ -258,9 +258,9 @@ def _measured(folder: Path) -> dict[str, Variances]:
 
 
 def _trial_pace(spec: BenchSpec, jobs: int) -> float | None:
-    """Return how many seconds lie between the ends of two runs, as the campaign's first two take; None if it is live.
+    """Return the seconds that a run takes, measured on the campaign's first two; None if it is live.
 
-    In the second, most inferences are known from the first, as in most runs of a campaign.
+    The second finds most of its inferences in the cache, as most runs of a campaign do.
     """
     if spec.settings.live:
         return None

@@ -77,11 +77,11 @@ class Run(StoredRun):
         )
 
     def __getstate__(self) -> object:
-        """Return all that it has, for another process."""
+        """Return what is pickled, the extensions and files included."""
         return super().__getstate__(), self.extensions, getattr(self, "_files", {})
 
     def __setstate__(self, state: Any) -> None:
-        """Become what another process had."""
+        """Restore what was pickled."""
         stored, extensions, files = state
         super().__setstate__(stored)  # type: ignore[misc]  # a data class has it
         object.__setattr__(self, "_extensions", extensions)

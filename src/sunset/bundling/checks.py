@@ -38,7 +38,7 @@ class Findings:
 
     Attributes:
         problems: a sentence for each thing that is not as it should be, with the file or run that it is about.
-        differences: a sentence for each thing that another version of SUNSET, which made the campaign, may explain.
+        differences: a sentence for each difference that may come from another version of SUNSET.
         unchecked: a sentence for each thing that could not be checked.
         recomputed: how many runs' figures were computed from their messages.
         runs: those that can be read, with the folders that they are in.
@@ -54,7 +54,7 @@ class Findings:
 
 
 def is_of_another_version(described: CampaignPlan) -> bool:
-    """Return whether other code than this made a campaign."""
+    """Return whether a campaign was made by another version of SUNSET, or by edited code."""
     return described.versions.get("sunset") != package_version()
 
 
@@ -63,7 +63,7 @@ def check_campaign(
 ) -> Findings:
     """Check that the runs in a campaign's folder are those of its plan, and that their figures follow from them.
 
-    The records say of which scenarios they are, so that suites of another version do no harm.
+    Scenarios are read from the records, so that this version's suites do not matter.
 
     Args:
         folder: of the campaign.
@@ -101,13 +101,11 @@ def check_campaign(
 
 
 def _misfits(run: RunRecord, place: Path, folder: Path, described: CampaignPlan) -> Iterator[str]:
-    """Yield why a run is not one of a campaign, such as one of another campaign that was copied there."""
+    """Yield why a run does not belong to a campaign, such as one that was copied from another campaign."""
     managers = ({"none": "none"} if described.references else {}) | campaign_managers(described)
     named = (run.suite or "own", run.manager, base_name(run.scenario))
-    if (place.parent, *place.name.split("-")[:2]) != (
-        folder.joinpath("runs", *map(folder_name, named)),
-        *("seed", str(run.seed)),
-    ):
+    above = folder.joinpath("runs", *map(folder_name, named))
+    if place.parent != above or place.name.split("-")[:2] != ["seed", str(run.seed)]:
         yield f"it says that it is seed {run.seed} of {run.scenario} with {run.manager}"
     if run.manager not in managers or not 0 <= run.seed - described.seed < described.repetitions:
         yield f"no run of {run.manager} with seed {run.seed} is part of the plan"
@@ -121,7 +119,7 @@ def _misfits(run: RunRecord, place: Path, folder: Path, described: CampaignPlan)
 
 
 def _planned(run: RunRecord, described: CampaignPlan) -> dict[str, object]:
-    """Return what a plan says of one of its runs, by the name of the record's field."""
+    """Return the fields of a run's record that its plan determines, by name."""
     facts = described.flight_facts.get(run.flight)
     timing = {
         name: value for name, value in described.timing.items() if getattr(run, name, UNSET) is not UNSET
@@ -144,7 +142,7 @@ def _shown(value: object) -> str:
 
 
 def _missing(runs: Mapping[Path, RunRecord], described: CampaignPlan) -> Iterator[str]:
-    """Yield which runs a plan has that are not there: every managing system is run over the same ones."""
+    """Yield which planned runs are missing: all managing systems have the same scenarios, seeds and flights."""
     if len(runs) != described.runs:
         yield f"it has {counted(described.runs, 'run')}, and {len(runs)} can be read"
     suite = described.suite if any(run.suite == described.suite for run in runs.values()) else ""
@@ -176,7 +174,7 @@ def _note_unchecked(findings: Findings) -> None:
 
 
 def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
-    """Yield in what a run's messages give other figures than its `run.json`."""
+    """Yield which figures in a run's `run.json` are not those that its messages give."""
     if run.is_empty:
         return
     check_extensions(run, place)

@@ -175,7 +175,7 @@ def _campaign_files(folder: Path, places: Sequence[Path]) -> dict[str, Path | by
 
 
 def _scenario_files(described: CampaignPlan, runs: Iterable[RunRecord]) -> dict[str, Path | bytes]:
-    """Return the scenarios of the runs, as their records say them, and a split as it was drawn.
+    """Return the scenarios of the runs, from their records, and the campaign's split if it has one.
 
     Raises:
         RecordError: the split is gone, or was changed.

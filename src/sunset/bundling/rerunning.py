@@ -93,7 +93,7 @@ def _obstacle(opened: OpenedBundle, run: RunRecord, rerun: Rerun) -> str:
 
 
 def _manager(opened: OpenedBundle, run: RunRecord) -> str:
-    """Return as what the plan loads the managing system of a run."""
+    """Return the name by which the plan loads the managing system of a run."""
     return campaign_managers(opened.described).get(run.manager, run.manager)
 
 

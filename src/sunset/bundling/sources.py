@@ -54,7 +54,7 @@ def find_manager_sources(
             continue
         try:
             paths = _paths(manager, known)
-        except (ManagerError, OSError, SyntaxError) as error:
+        except (ManagerError, OSError) as error:
             raise ManagerError(
                 f"The source of the managing system {name} is needed: {str(error).rstrip('.')}. Call it in the folder "
                 "from which the campaign was run; of a class that was passed, call sunset.bundle where it was."
@@ -73,7 +73,7 @@ def find_manager_sources(
 
 
 def _paths(manager: str, known: str) -> list[Path] | None:
-    """Return the files of a managing system whose checksum is known; None if none have it. No code of it is run."""
+    """Return the files of a managing system that have the known checksum; None if none have. Its code is not run."""
     candidates = written_files(manager)
     if is_registered(manager) or manager in MANAGERS:
         candidates = iter([manager_sources(manager, load_manager(manager))])
@@ -99,11 +99,13 @@ def _load(manager: str, parts: Mapping[str, Path | bytes], folder: str) -> str:
         return ""
     if manager.startswith(PREFIX):
         (root,) = {str(path).removesuffix(part) for part, path in parts.items()}
+        words = _words(manager)
+        found = parse_command(manager).words[-len(words) :]  # without what runs a script
         words = [
             str(PurePosixPath(folder, f"{word}/".removeprefix(root)))
             if _holds(word, parts.values())
             else typed
-            for typed, word in zip(_words(manager), parse_command(manager).words, strict=True)
+            for typed, word in zip(words, found, strict=True)
         ]
         return PREFIX + shlex.join(words)
     where, _, kind = manager.rpartition(":")

@@ -54,7 +54,7 @@ CURED: Final = 0.95
 """The least share of the windows after a fault's cure that should not lie over the threshold."""
 
 OF_CARD: Final = "thresholds of the card"
-"""What thresholds are made of that were not found on the flight."""
+"""The key in `made_of` of thresholds that are the card's and were not measured on the flight."""
 
 _METHOD: Final = 1
 """Grows whenever a threshold would be another one."""

@@ -11,7 +11,7 @@ from sunset.cli._progress import stages_progress
 from sunset.experiments.resources import missing_networks
 
 _POOR: Final = 0.1
-"""An IoU on healthy frames below which a network does not see what is there."""
+"""With a lower IoU on healthy frames, a network is of no use."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

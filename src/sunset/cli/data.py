@@ -242,7 +242,7 @@ def _find_flight(
 
 
 def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], reading: Reading) -> None:
-    """Write a bag with a progress bar, and say as what frames were read, and what they rather are."""
+    """Write a bag with a progress bar; print how its frames were read, and doubts about that."""
     evidence = Evidence()
     with progress_bar("Importing") as progress:
 
@@ -254,7 +254,7 @@ def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], reading
 
         write_bag(out, counted(), stamps_ns)
     _tell(len(stamps_ns), out)
-    for sentence in (_read_as(reading), *(evidence.doubts() if reading == SYNDRONE else ())):
+    for sentence in (reading, *(evidence.doubts() if reading == SYNDRONE else ())):
         print(sentence, file=sys.stderr)
 
 
@@ -292,10 +292,6 @@ def _unlabelled_text(unlabelled: int, frames: int) -> str:
     return f"{unlabelled} of {counted(frames, 'frame')} have no labels: these are flown, and count for no quality"
 
 
-def _read_as(reading: Reading) -> str:
-    return f"{str(reading)[:1].upper()}{str(reading)[1:]}."
-
-
 def _dropped(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count} on {topic}" for topic, count in counts.items())
 
@@ -319,6 +315,6 @@ def _bag_text(contents: BagStatistics) -> str:
     )
     if contents.unlabelled:
         lines.append(_unlabelled_text(contents.unlabelled, contents.frames))
-    lines += [_read_as(SYNDRONE), *contents.doubts]
+    lines += [str(SYNDRONE), *contents.doubts]
     lines += [f"  {name:14}{share:8.3%}" for name, share in contents.classes.items()]
     return "\n".join([*lines, f"  {'(no class)':14}{contents.ignored:8.3%}"])

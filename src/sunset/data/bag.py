@@ -356,7 +356,7 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None, reading: Readin
     """Open a bag and check all of it.
 
     Any rosbag2 will do, in MCAP or sqlite3 storage, compressed or not, in one file or several, that holds
-    the topics, or what image_transport made of them. Images are paired by their stamps (`pair`); labels may lack.
+    the topics, or what image_transport made of them. Images are paired by their stamps (`pair`); labels may be missing.
 
     Args:
         path: the bag's folder, or the `.mcap` or `.db3` file itself.

@@ -1,4 +1,4 @@
-"""Whether a path can be a bag's, and what is said of one that cannot be read."""
+"""Checks of a bag's path, and the errors of a bag that cannot be read."""
 
 import struct
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ _REMEDIES: Final = MappingProxyType(
         "Profile is not ros2": "give one of ROS 2",
     }
 )
-"""Words of the library's → what helps, where recording, copying or importing again does not."""
+"""Words in the library's message → the remedy, where it is not `REMEDY`."""
 
 STORAGES: Final = {".mcap": "mcap", ".db3": "sqlite3"}
 _OF_DAMAGE: Final = (
@@ -35,7 +35,7 @@ _OF_DAMAGE: Final = (
     UnicodeDecodeError,
     struct.error,
 )
-"""What the library lets Python raise; its text says nothing of the bag."""
+"""Errors of Python in the library, whose texts say nothing about the bag."""
 
 
 def check_bag_path(path: Path) -> None:

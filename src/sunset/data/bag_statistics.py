@@ -30,7 +30,7 @@ class BagStatistics:
         classes: name → share of the pixels, the largest first; those that are there.
         ignored: the share of pixels that are of no class.
         unlabelled: how many frames lack labels.
-        doubts: what it probably is instead of what it was read as, a sentence each.
+        doubts: which conventions it probably follows instead of SynDrone's, a sentence each.
         depth_m: the least and the greatest that is known [m].
         depth_far: the share of pixels whose depth is greater, or not known.
     """

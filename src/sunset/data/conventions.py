@@ -1,4 +1,4 @@
-"""What the values of other people's label and depth images mean, and those of a frame made of them."""
+"""Conventions for the values in label and depth images, and their conversion to those of a frame."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ DEPTH_UNITS: Final = ("counts", "mm")
 _WIDE: Final = frozenset(
     CARLA_IDS[name] for name in ("building", "road", "sidewalk", "vegetation", "terrain", "ground")
 )
-"""The ids of what most of a town is."""
+"""The ids of most pixels of a town."""
 _CLEARLY: Final = 0.2
 """By how much the share of `_WIDE` must be larger for a convention to be likelier than another."""
 _LEAST_VALUES: Final = 3
@@ -68,9 +68,9 @@ class Reading:
     depth_unit: str = "counts"
 
     def __str__(self) -> str:
-        """Return it in words."""
+        """Return it as a sentence."""
         unit = {"counts": "counts of 1000 / 65535 m", "mm": "millimetres"}[self.depth_unit]
-        return f"labels are read as {_NAMES[self.ids]}, whole numbers of depth as {unit}"
+        return f"Labels are read as {_NAMES[self.ids]}, whole numbers of depth as {unit}."
 
     def labels(self, pixels: npt.NDArray[np.uint8], place: str) -> npt.NDArray[np.uint8]:
         """Return labels (H, W) as a frame has them; `place` says in errors which image it is.
@@ -103,11 +103,11 @@ class Reading:
 
 
 SYNDRONE: Final = Reading()
-"""How images of SynDrone are read, and others unless one says otherwise."""
+"""How SynDrone's images are read, which is the default."""
 
 
 class Evidence:
-    """What speaks against frames having been read as SynDrone's, although every value of theirs may be."""
+    """Evidence that frames follow another convention than SynDrone's, although all their values are valid in it."""
 
     def __init__(self) -> None:
         self._ids = np.zeros(256, dtype=np.int64)
@@ -121,7 +121,7 @@ class Evidence:
         self._nearest = min(self._nearest, int(frame.depth.min()))
 
     def doubts(self) -> list[str]:
-        """Return what the frames probably are instead, a sentence each.
+        """Return which conventions the frames probably follow instead, a sentence each.
 
         Most of a town is buildings, roads, plants and ground. Ids are doubted where another convention has clearly more
         of them, and depth where nothing is nearer than from a very high flight.

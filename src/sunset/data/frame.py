@@ -38,5 +38,5 @@ class Frame:
 
 
 def no_labels(depth: npt.NDArray[np.uint16]) -> Ids:
-    """Return the labels of a frame that has none, in the size of its depth."""
+    """Return the labels of an unlabelled frame, in the size of its depth."""
     return np.zeros(depth.shape, np.uint8)

@@ -35,7 +35,7 @@ _READINGS: Final = MappingProxyType[str, tuple[re.Pattern[str], Callable[[str], 
         "hexadecimal": (re.compile(r"(?:0[xX])?[0-9a-fA-F]+"), partial(int, base=16)),
     }
 )
-"""What names may be besides texts and numbers in turns → what such names look like, and their values."""
+"""How a name can be read as one number → the pattern of such names, and how to get the number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +157,7 @@ def _pictures(folder: Path) -> dict[str, Path]:
 
 
 def _check_order(ordered: Sequence[str], folder: Path) -> None:
-    """Refuse names whose order depends on how their numbers are read."""
+    """Refuse names that have another order as decimal or hexadecimal numbers."""
     for kind, (pattern, value) in _READINGS.items():
         if all(map(pattern.fullmatch, ordered)):
             for one, other in pairwise(ordered):

@@ -249,7 +249,7 @@ def _differing_note(row: SystemRow) -> str:
 
 
 def _contradicting_note(row: SystemRow) -> str:
-    """Return which of a row's runs cannot both be what they say that they are."""
+    """Return which of a row's runs contradict each other."""
     told = [" and ".join(printable(str(run.folder)) for run in pair) for pair in row.contradicting]
     return (
         f"{row.system}: runs of the same scenario, seed, managing system and version have different messages, so that "

@@ -41,7 +41,7 @@ _RESULTS: Final = frozenset(
         *("valid", "reason", "digest"),
     }
 )
-"""What a record says that does not decide its messages, or only as a version."""
+"""The fields of a record that do not determine its messages, or only through the version."""
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
 
@@ -107,14 +107,14 @@ class RunRow:
         metrics: the figures by name; None where there is none to take.
         outcomes: what became of its faults; None where a run is of a version that did not say so.
         version: of the package that it was run with; empty if it is unknown.
-        others: the versions of what else it was run with, its managing system's distributions among them, by name.
-        recipe: a checksum of all that decides its messages; empty where time or a failure does, too.
+        others: the versions of other packages, those that its managing system imported included, by name.
+        recipe: a checksum of everything that determines its messages; empty if time or a failure does, too.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
         computer_kept_up: whether the computer was fast enough, as it always is in the simulation.
         thinking_s: what every decision of its managing system took of the experiment's time [s].
         failed: how its managing system failed, in a sentence; empty if it did not.
-        missing_walls: which of the walls around a managing system of the user's own there were not.
+        missing_walls: which walls around a user's own managing system were missing.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         is_empty: whether it failed as a whole, so that there is no record and no figure.
         differing: the figures that were computed again and are stored otherwise.
@@ -328,7 +328,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
 
 
 def _recipe(run: RunRecord) -> str:
-    """Return a checksum of what decides a run's messages, of a simulated one; empty if nothing stored does."""
+    """Return a checksum of everything that determines the messages of a simulated run; empty for other runs."""
     if run.middleware != _SIMULATED or run.manager_failed is not None or not run.manager_checksum:
         return ""
     facts = {name: value for name, value in to_builtins(run).items() if name not in _RESULTS}

@@ -75,8 +75,8 @@ class SystemRow:
         failed: the runs in which the managing system failed, whether they count or not.
         differing: the runs whose stored figures are not what was computed again.
         unwalled: the runs in which not all walls were around the managing system, whether they count or not.
-        contradicting: pairs of runs that should have the same messages and have not.
-        several: name → the versions of something that the runs were made with, where these are several.
+        contradicting: pairs of runs that should have the same messages and do not.
+        several: the packages of which the runs had several versions: name → versions.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         by_paper_script: the figures of the paper's evaluation script; None if those of a valid run are not known.
         outcomes: what became of the faults of all valid runs; nothing of reference rows.
@@ -211,7 +211,7 @@ def scenarios_of(group: Sequence[RunRow]) -> frozenset[str]:
 
 
 def part_label(group: Sequence[RunRow]) -> str:
-    """Return what a name must say where some scenarios of a suite were not run; empty if all were, or who knows."""
+    """Return the suffix ` [3 of 54 scenarios]` for a name; empty if all were run, or the suite is not known."""
     run, size = len(scenarios_of(group)), max((one.suite_size for one in group), default=0)
     return f" [{run} of {size} scenarios]" if run < size else ""
 
@@ -292,7 +292,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
 
 
 def _contradicting(runs: Sequence[RunRow]) -> Iterator[tuple[RunRow, RunRow]]:
-    """Yield runs that all which decides messages is the same of as of an earlier one, and that have others."""
+    """Yield pairs of runs that have the same recipe and different messages."""
     first: dict[str, RunRow] = {}
     for run in runs:
         known = first.setdefault(run.recipe, run)
@@ -301,7 +301,7 @@ def _contradicting(runs: Sequence[RunRow]) -> Iterator[tuple[RunRow, RunRow]]:
 
 
 def _several(runs: Sequence[RunRow]) -> dict[str, list[str]]:
-    """Return name → versions of what runs were made with, where these are several."""
+    """Return the packages of which runs had several versions: name → versions."""
     found: dict[str, set[str]] = {}
     for run in runs:
         for name, version in run.others.items():

@@ -1,6 +1,6 @@
 """Run a stored run again and check that its messages are the same, or play its commands back for its images."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
@@ -12,11 +12,10 @@ from sunset.experiments.run import run_prepared
 from sunset.experiments.spec import RunSpec, Settings, Timing
 from sunset.experiments.stored_faults import scenario_of
 from sunset.flights import FlightSpec
-from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.system_interfaces.msg import Command, ImageDigest
+from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import MANAGERS, checksum, is_registered
 from sunset.managing.files import written_files
-from sunset.recording import RecordedMessage, RunRecord, StoredRun, read_messages, read_run
+from sunset.recording import RunRecord, StoredRun, image_digests, read_messages, read_run
 from sunset.recording.reader import check_extensions, first_difference
 from sunset.rmw.backends import SIMULATED
 from sunset.texts import shown
@@ -116,17 +115,7 @@ def play_back(
     commands = [one.message for one in messages if isinstance(one.message, Command)]
     played = [one for one in commands if one.successful or one.kind != "set_parameters"]
     run_prepared(spec, resources, into, wanted=wanted, played=played)
-    before, now = _digests(messages), _digests(read_messages(into))
-    return len(before - now)
-
-
-def _digests(messages: Iterable[RecordedMessage]) -> set[tuple[str, int, bytes]]:
-    """Return topic, stamp and digest of all images."""
-    return {
-        (one.topic, ns_of(one.message.header.stamp), bytes(one.message.digest))
-        for one in messages
-        if isinstance(one.message, ImageDigest)
-    }
+    return len(image_digests(messages) - image_digests(read_messages(into)))
 
 
 def _prepared(

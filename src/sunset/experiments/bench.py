@@ -132,7 +132,7 @@ def bench(
 
 
 def failing_managers(out: Path, runs: Sequence[RunSpec]) -> dict[str, str]:
-    """Return the managing systems that have failed in each of some finished runs, with how they first did.
+    """Return the managing systems that failed in all of some finished runs: name → the first failure.
 
     Raises:
         RecordError: a record is damaged, or of another version.
@@ -144,7 +144,7 @@ def failing_managers(out: Path, runs: Sequence[RunSpec]) -> dict[str, str]:
 
 
 def _as_begun(spec: BenchSpec, out: Path) -> BenchSpec:
-    """Return a campaign whose managing systems have the names that they had when it was begun, by another path."""
+    """Return a campaign with its managing systems named as when it was begun, if it was by another path."""
     if not (out / PLAN_FILE).is_file():
         return spec
     begun = {_resolved(manager): manager for manager in read_plan(out).managers}
@@ -160,7 +160,7 @@ def _resolved(manager: str) -> tuple[str, str, str]:
 
 
 def _is_done(folder: Path) -> bool:
-    """Return whether a run was done; what a computer that failed has left of one is removed."""
+    """Return whether a run is done; a damaged record, such as a power cut leaves, is removed."""
     if not (folder / RUN_FILE).is_file():
         return False
     try:

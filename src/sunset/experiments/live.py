@@ -151,7 +151,7 @@ class LiveSystem:
         self._stack.__exit__(kind, error, trace)
 
     def _revive(self, node: str) -> None:
-        """Start a node that only watches again, and say so."""
+        """Restart a node that only watches, and say so."""
         if node in _STATELESS and self._revivals[node] < _MOST_REVIVALS:
             self._revivals[node] += 1
             end = self.processes.end_of(node)

@@ -206,7 +206,7 @@ def slowness(inference_s: float, period_s: float) -> str:
 
 
 def _inference_s(resources: Resources) -> float:
-    """Return how long an inference takes, which must have been done once before [s]."""
+    """Return how long an inference takes, once a first one has prepared the network [s]."""
     modality = min(resources.model.card.networks)
     resources.segmenter.warm_up(modality)
     began = time.monotonic()

@@ -30,25 +30,17 @@ def manager_checksum(manager: str, settings: Settings) -> str:
     Raises:
         ManagerError: it cannot be loaded.
     """
+    return checksum_and_versions(manager, settings)[0]
+
+
+def checksum_and_versions(manager: str, settings: Settings) -> tuple[str, dict[str, str]]:
+    """Do as `manager_checksum`; return also the versions of the distributions that it imported, by name."""
     if manager == EXTERNAL:
-        return ""
+        return "", {}
     limit_s, variables = settings.manager_limit_s, settings.manager_env
     with manager_process(manager, limit_s=limit_s, variables=variables) as process:
         check_name(f"/{process.loaded.node_name}", manager)
-        return process.checksum()
-
-
-def imported_versions(manager: str, settings: Settings) -> dict[str, str]:
-    """Load a managing system as `manager_checksum` does; return the versions of the distributions that it imports.
-
-    Raises:
-        ManagerError: it cannot be loaded.
-    """
-    if manager == EXTERNAL:
-        return {}
-    limit_s, variables = settings.manager_limit_s, settings.manager_env
-    with manager_process(manager, limit_s=limit_s, variables=variables) as process:
-        return process.imported_versions()
+        return process.checksum(), process.imported_versions()
 
 
 def isolate(

@@ -113,12 +113,12 @@ class Observer(Tap):
 
     @property
     def violations(self) -> list[str]:
-        """What the managing system did that it must not, in words; in order, each once: the first 20, and a count."""
+        """What the managing system did that it must not, in words: the first 20 in order, and how many more."""
         first, further = [*self._violations][:_MOST_VIOLATIONS], len(self._violations) - _MOST_VIOLATIONS
         return first if further <= 0 else [*first, f"and {further} more violations"]
 
     def note(self, violation: str) -> None:
-        """Note what the managing system must not do."""
+        """Note a violation."""
         self._violations[shorten(violation)] = None
 
     def on_node(self, process: str, node: str) -> None:

@@ -2,7 +2,6 @@
 
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
@@ -15,7 +14,7 @@ from msgspec.structs import replace
 
 from sunset.confinement import WALLS, missing_walls
 from sunset.errors import ManagerError
-from sunset.experiments.manager import check_name, imported_versions, isolate, manager_checksum
+from sunset.experiments.manager import check_name, checksum_and_versions, isolate, manager_checksum
 from sunset.experiments.observer import Observer, shown_topics
 from sunset.experiments.parameters import known_scenario, manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare
@@ -220,9 +219,11 @@ def _run_simulated(
             writer.hand_over()
             return {"start_ns": start_ns, "violations": observer.violations, "failure": failure}
 
-        with _unchanged(spec.manager, manager.checksum, known) as found:
-            nodes = current_system().nodes if spec.extensions else ()
-            told = isolate(spec, run_isolated, kept=manager.descriptors, nodes=nodes)
+        found = manager.checksum()
+        _check_same(spec.manager, found, known)
+        nodes = current_system().nodes if spec.extensions else ()
+        told = isolate(spec, run_isolated, kept=manager.descriptors, nodes=nodes)
+        _check_same(spec.manager, manager.checksum(), found)
     writer.take_over()
     return _Outcome(
         int(told["start_ns"]),
@@ -240,13 +241,14 @@ def _run_live(
 
     frames = live_run.FrameCount()
     observer = Observer(writer, shown=shown_topics(spec.manager), viewers=spec.settings.viewers)
-    now = partial(manager_checksum, spec.manager, spec.settings)
-    with _unchanged(spec.manager, now, known) as found:
-        start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
+    found, imported = checksum_and_versions(spec.manager, spec.settings)
+    _check_same(spec.manager, found, known)
+    start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
+    _check_same(spec.manager, manager_checksum(spec.manager, spec.settings), found)
 
     def shortfall(timeline: Timeline) -> tuple[str, int]:
-        known = (start_ns, timeline, spec.timing)
-        return frames.shortfall(*known), frames.losses(*known)[1]
+        times = (start_ns, timeline, spec.timing)
+        return frames.shortfall(*times), frames.losses(*times)[1]
 
     ended = ("the managing system ended it before its time",) if frames.ended_early else ()
     return _Outcome(
@@ -255,25 +257,17 @@ def _run_live(
         found,
         shortfall,
         failure,
-        imported_versions(spec.manager, spec.settings),
+        imported,
     )
 
 
-@contextmanager
-def _unchanged(manager: str, checksum_now: Callable[[], str], known: str | None) -> Iterator[str]:
-    """Give the checksum of a managing system's files, and check that it is the known one and does not change.
+def _check_same(manager: str, found: str, known: str | None) -> None:
+    """Check that a managing system's files have a known checksum, if there is one.
 
     Raises:
-        ManagerError: it is not, or does not.
+        ManagerError: they have another.
     """
-    first = checksum_now()
-    _check_same(manager, first, first if known is None else known)
-    yield first
-    _check_same(manager, checksum_now(), first)
-
-
-def _check_same(manager: str, found: str, known: str) -> None:
-    if found != known:
+    if known not in {None, found}:
         raise ManagerError(
             f"The managing system {manager} was changed while it was run; run the new one in a new folder."
         )
@@ -327,7 +321,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
 
 
 def _missing_walls(manager: str) -> tuple[str, ...] | UnsetType:
-    """Return which walls around a managing system there are not; unset for those that are not the user's own."""
+    """Return which walls around a user's own managing system are missing; unset for all others."""
     if manager in {*MANAGERS, EXTERNAL}:
         return UNSET
     return tuple(WALLS if is_registered(manager) else missing_walls())

@@ -48,7 +48,7 @@ _distributions: Final = cache(packages_distributions)
 
 @cache
 def _versions(module: str) -> tuple[tuple[str, str], ...]:
-    """Return the names and versions of the distributions that an installed module is of."""
+    """Return the names and versions of the distributions that provide an installed module."""
     try:  # most are called as their modules are, which is found faster
         return ((module, version(module)),)
     except (PackageNotFoundError, ValueError):

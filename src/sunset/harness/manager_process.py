@@ -46,7 +46,7 @@ class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
         manager: the managing system's name, as of `load_manager`.
         folder: where a path in it begins that is not absolute.
         extensions: what the managed system is extended by.
-        environment: variables of the user's environment that it gets; no message says their values.
+        environment: variables of the user's environment that it gets; messages do not contain their values.
         parameters: of its node, by name.
         log: whether what it logs goes to stderr, too.
         live: whether that is a live run, in which a message that repeats goes there each time.
@@ -94,7 +94,7 @@ class RefusedManager(msgspec.Struct, frozen=True, tag="refused"):
 
 
 _SECRET: Final = 4
-"""A value of fewer characters is no key, and would be found in other words."""
+"""A shorter value cannot be a key, and might be a part of other words."""
 
 _encode = msgspec.msgpack.encode
 _decode = msgspec.msgpack.Decoder(LoadedManager | RefusedManager).decode

@@ -58,13 +58,13 @@ def manager_data(spec: str, folder: Path | None = None) -> tuple[Path, ...]:
 
 
 def written_files(spec: str) -> Iterator[tuple[Path, ...]]:
-    """Yield in which files a managing system may be written, the likeliest first, without running any of it.
+    """Yield the files that a managing system may be written in, the likeliest first, without running its code.
 
-    Which modules beside a file are imported when it is loaded is read from its import statements: from those that
-    nothing precludes, and then from all.
+    The modules beside a file are found by import statements: first by those outside of functions and branches, then by
+    all.
 
     Raises:
-        ManagerError: its file or its program is gone.
+        ManagerError: its file or its program is gone, or a file is not Python.
     """
     where = spec.rpartition(":")[0]
     if spec.startswith(PREFIX):
@@ -101,9 +101,12 @@ def _with_imports(main: Path, *, everywhere: bool) -> set[Path]:
 
 
 def _imported(file: Path, root: Path, *, everywhere: bool) -> Iterator[str]:
-    """Yield the names of the modules that a file imports, and of what may be one."""
+    """Yield the names of the modules that a file imports, and of names in them that may be modules."""
     package = file.parent.relative_to(root).parts
-    todo: list[ast.AST] = [ast.parse(file.read_bytes())]
+    try:
+        todo: list[ast.AST] = [ast.parse(file.read_bytes())]
+    except (SyntaxError, ValueError) as error:
+        raise ManagerError(f"The file {file} cannot be read as Python: {error}.") from error
     while todo:
         node = todo.pop()
         if everywhere or not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.If):

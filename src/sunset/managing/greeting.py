@@ -1,4 +1,4 @@
-"""What a managing system is told of the managed one before the first decision."""
+"""The description of the managed system that a managing system gets before its first decision."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -17,7 +17,7 @@ PROTOCOL: Final = 1
 
 
 def make_greeting(period_s: float, parameters: Mapping[str, object]) -> dict[str, Any]:
-    """Return the first line that a program gets, as `docs/writing-programs.md` describes it.
+    """Return the first line that a program gets, as `docs/programs.md` describes it.
 
     Args:
         period_s: seconds between two decisions.

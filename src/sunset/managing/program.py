@@ -140,7 +140,7 @@ class Program(ManagingSystem):
         self.__pending = [call for call in self.__pending if call not in known]
         answer = self.__ask(
             {
-                "time": self.get_clock().now().nanoseconds / 1e9,
+                "time": self.now_s,
                 "symptoms": {name: value for name, value in symptoms.items() if not _is_absent(value)},
                 "results": [{"id": name, "accepted": future.result()} for name, future in known],
             }

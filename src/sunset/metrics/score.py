@@ -48,8 +48,7 @@ class RunMetrics:
         diagnosis_precision: of the time that faults were named in diagnoses, the share in which they were there.
         diagnosis_recall: of the time that faults were there, the share in which they were named.
         t_diagnosis_s: mean over faults that were part of a right diagnosis, from when they came to the first [s].
-        frames_without_truth: how many frames of the experiment no figure of quality counts, since no pixel of them has
-            a known class.
+        frames_without_truth: how many frames have no pixel of a known class, and count for no figure of quality.
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
         outcomes: what became of each fault, in order of time.

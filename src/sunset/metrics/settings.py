@@ -65,7 +65,7 @@ class Settings:
         return min(times[place], end) if place < len(times) else end
 
     def around(self, name: str, start: float, end: float) -> list[Stretch]:
-        """Return when a cure was in place within `[start, end)` of a fault that lives in the world; of others never."""
+        """Return when a cure was in place within `[start, end)`; of faults that do not live in the world, never."""
         fault = current_system().faults.get(name)  # that of a record may be of another version
         if fault is None or fault.kind is not FaultKind.EXTERNAL:
             return []

@@ -273,5 +273,5 @@ class Timeline:
 
     @property
     def has_truth(self) -> bool:
-        """Whether there is a frame that quality can be measured on, be it one that was lost."""
+        """Whether the quality of some frame could be measured, even if that frame was lost."""
         return bool(len(self.frames.times)) or not len(self.without_truth)

@@ -224,8 +224,9 @@ class Treatments:
             changed |= lasts & (times >= start) & (times < stop + WINDOW.samples * period_s)
         for first, last in _stretches_of(hidden & changed, times, period_s):
             known = iou[first:last][~np.isnan(iou[first:last])]
-            is_bad = self._healthy is None or known.mean() < MASKING_SHARE * self._healthy
-            masked[first:last] = len(known) and is_bad and (last - first) * period_s >= SILENCE_S
+            if len(known):
+                is_bad = self._healthy is None or known.mean() < MASKING_SHARE * self._healthy
+                masked[first:last] = is_bad and (last - first) * period_s >= SILENCE_S
         return masked
 
     def _changes(self, outcome: FaultOutcome) -> list[Stretch]:

@@ -207,7 +207,7 @@ class AdaptiveNode(LifecycleNode):
         ]
 
     def _announce(self, changes: Changes, publisher: Publisher[ParameterEvent]) -> None:
-        """Publish on a topic of the experiment, and not on `/parameter_events`, what would show an injection."""
+        """Publish what would show an injection on a topic of the experiment, and not on `/parameter_events`."""
         injected = changes.of(self.__is_injected)
         if injected:
             super()._announce(injected, self.__injected_events)

@@ -6,7 +6,7 @@ runs of the same specification leave the same bytes. A run that keeps its images
 """
 
 from sunset.recording._bag import BAG_FILES
-from sunset.recording.images import IMAGES_FILE, StoredImage, read_images
+from sunset.recording.images import IMAGES_FILE, StoredImage, image_digests, read_images
 from sunset.recording.logs import LogLine, log_of, read_log
 from sunset.recording.published_log import published_log
 from sunset.recording.reader import check_extensions, read_messages, read_timeline, timeline_of
@@ -23,7 +23,6 @@ from sunset.recording.schema import (
     StoredFlight,
     check_figures,
     differences,
-    differing_figures,
     read_plan,
     read_run,
     stored_figures,
@@ -54,7 +53,7 @@ __all__ = [
     "check_extensions",
     "check_figures",
     "differences",
-    "differing_figures",
+    "image_digests",
     "log_of",
     "measured_topics",
     "published_log",

@@ -31,7 +31,7 @@ _METADATA: Final = "metadata.yaml"
 _DISTRO: Final = "jazzy"
 """The first distribution whose bags have this form."""
 _DIGEST: Final = "/digest"
-"""What follows an image's topic in the bag where its digests are, since an image's topic has images elsewhere."""
+"""The suffix of topics with digests: tools expect images on an image's own topic."""
 _QOS: Final = Qos(
     history=QosHistory.KEEP_LAST,
     depth=10,
@@ -50,7 +50,7 @@ BAG_FILES: Final = (_FILE, _METADATA)
 
 
 def stored_topic(topic: str, name: str) -> str:
-    """Return the name that a topic with messages of the type of a name has in a record's bag."""
+    """Return the name in a record's bag of a topic, given the name of its messages' type."""
     return topic + _DIGEST if name == type_name(ImageDigest) else topic
 
 

@@ -6,7 +6,7 @@ record's digest: the record itself has every image as its digest.
 
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, TypeAlias, cast
@@ -23,9 +23,9 @@ from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_msgs.msg import Float64
-from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
+from sunset.interfaces.system_interfaces.msg import ImageDigest, SensorFusion, SetBlackboardGroup
 from sunset.recording._bag import BagWriter, read_bag
-from sunset.recording.values import Payload
+from sunset.recording.values import Payload, RecordedMessage
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
 
 IMAGES_FILE: Final = "images.mcap"
@@ -147,6 +147,15 @@ class ImageWriter:
     def abort(self) -> None:
         """Let go of the bag, which is not complete."""
         self._bag.abort()
+
+
+def image_digests(messages: Iterable[RecordedMessage]) -> set[tuple[str, int, bytes]]:
+    """Return topic, stamp in nanoseconds and digest of each image in a record's messages."""
+    return {
+        (one.topic, ns_of(one.message.header.stamp), bytes(one.message.digest))
+        for one in messages
+        if isinstance(one.message, ImageDigest)
+    }
 
 
 def read_images(folder: Path) -> Iterator[StoredImage]:

@@ -83,7 +83,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         manager_versions: of the distributions that it imported when it was loaded, by name; where there are any.
         manager_failed: how the managing system failed, after which the run went on without one; or why a run has
             neither messages nor figures: `is_empty`. None if neither is so.
-        missing_walls: which of the walls around a managing system of the user's own there were not.
+        missing_walls: which walls around a user's own managing system were missing.
         flight: what the flight is called.
         flight_conditions: under which it was rendered, where they are not those of the default flight.
         flight_warning: what a reader must know of it, in one sentence; where there is something.
@@ -225,14 +225,7 @@ def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
     Raises:
         RecordError: one is missing, or is not one that a run can have.
     """
-    figures = convert(
-        run.metrics,
-        _Figures,
-        str(file),
-        RecordError,
-        remedy=_REMEDY,
-        path=("metrics",),
-    )
+    figures = convert(run.metrics, _Figures, str(file), RecordError, remedy=_REMEDY, path=("metrics",))
     return {name: getattr(figures, name) for name in RunMetrics.names()}
 
 
@@ -387,11 +380,9 @@ def read_plan(folder: Path) -> CampaignPlan:
     file = folder / PLAN_FILE
     content = read_json(file, "The campaign's plan", RecordError)
     if isinstance(content, dict):
-        content.setdefault("plan_version", 1)
-        if content["plan_version"] != PLAN_VERSION:
-            raise _version_error(
-                f"The campaign in {folder}", content["plan_version"], PLAN_VERSION, "name a new folder"
-            )
+        version = content.setdefault("plan_version", 1)
+        if version != PLAN_VERSION:
+            raise _version_error(f"The campaign in {folder}", version, PLAN_VERSION, "name a new folder")
     return convert(content, CampaignPlan, str(file), RecordError, remedy="restore it, or name a new folder")
 
 

@@ -391,13 +391,6 @@ class NodeParameters:
 
 
 def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
-    if not prefixes:
-        return depth == 0 or name.count(_SEPARATOR) < depth
-    return any(
-        name == prefix
-        or (
-            name.startswith(f"{prefix}{_SEPARATOR}")
-            and (depth == 0 or name[len(prefix) + 1 :].count(_SEPARATOR) < depth)
-        )
-        for prefix in prefixes
-    )
+    starts = [f"{prefix}{_SEPARATOR}" for prefix in prefixes] or [""]
+    rests = [name.removeprefix(start) for start in starts if name.startswith(start)]
+    return name in prefixes or any(depth == 0 or rest.count(_SEPARATOR) < depth for rest in rests)

@@ -104,16 +104,12 @@ class Node(NodeParameters, NodeGraph):
         self._parameter_event_publisher = self.create_publisher(
             ParameterEvent, "/parameter_events", qos_profile_parameter_events
         )
+        full_name = self.get_fully_qualified_name()
+        overrides = (*find_overrides(arguments, full_name), *(parameter_overrides or ()))
         NodeParameters.__init__(
             self,
-            self.get_fully_qualified_name(),
-            {
-                parameter.name: parameter
-                for parameter in (
-                    *find_overrides(arguments, self.get_fully_qualified_name()),
-                    *(parameter_overrides or ()),
-                )
-            },
+            full_name,
+            {parameter.name: parameter for parameter in overrides},
             allow_undeclared=allow_undeclared_parameters,
             on_change=self._on_parameters_changed,
         )

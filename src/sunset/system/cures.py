@@ -6,6 +6,7 @@ from typing import Final
 from sunset.names import ros_text
 from sunset.system.current import current_system
 from sunset.system.description import Adaptation, Fault
+from sunset.system.names import full_name
 
 STATE: Final = ""
 """What stands in the place of a parameter's name for a node's lifecycle state."""
@@ -16,7 +17,8 @@ Key = tuple[str, str]
 
 def comparable_text(key: Key, value: object) -> str:
     """Return a parameter's value, or a state, as it is compared: as ROS writes it, a topic by its full name."""
-    return str(current_system().comparable(*key, ros_text(value)))
+    text = ros_text(value)
+    return full_name(text) if key in current_system().topic_parameters else text
 
 
 def goal_of(step: Adaptation) -> tuple[Key, str] | None:

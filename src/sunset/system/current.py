@@ -64,7 +64,7 @@ _process: Final = _State()
 _own: Final[ContextVar[_State]] = ContextVar("_own")
 """That of a thread in an `extended_system`."""
 _entered: Final[list[_State]] = []
-"""Those of all threads; the last one is taken by threads that they have started."""
+"""Those of all threads; a thread that has not entered one takes the last."""
 
 
 def _current() -> _State:
@@ -112,7 +112,7 @@ def suite_size(suite: str, scenario: str) -> int:
 
 
 def load_extension(where: str | Path, *, checksum: str = "") -> None:
-    """Add an extension to the managed system of this process, or of the context; one that is there is not loaded again.
+    """Add an extension to the managed system of this process or context, unless it is loaded already.
 
     Args:
         where: a Python file, which has its `Extension` as EXTENSION; or the name of an entry point of the group

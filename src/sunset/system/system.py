@@ -30,7 +30,6 @@ from sunset.system.description import (
     NodeDescription,
     Signal,
     Topic,
-    Value,
 )
 from sunset.system.harness import (
     COMMANDS_TOPIC,
@@ -311,12 +310,6 @@ class System:
             for adaptation in self.adaptations
             if adaptation.kind is AdaptationKind.CHANGE_TOPIC
         )
-
-    def comparable(self, node: str, parameter: str, value: Value) -> Value:
-        """Return a parameter's value as it is compared: a topic by its full name, as a node takes it."""
-        if isinstance(value, str) and (node, parameter) in self.topic_parameters:
-            return full_name(value)
-        return value
 
     @cached_property
     def fault_parameters(self) -> frozenset[tuple[str, str]]:

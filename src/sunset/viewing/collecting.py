@@ -95,7 +95,7 @@ def _happening(event: Event) -> Happening:
 
 
 def _lifecycle(run: StoredRun, node: str, span: Span) -> list[StateView]:
-    """Return the lifecycle states of a managed node, one after the other; nothing of one that reports none."""
+    """Return the lifecycle states of a managed node, one after the other; empty if it reports none."""
     changes = [one for one in run.timeline.settings if one.name == STATE and short_name(one.node) == node]
     states: list[StateView] = []
     for change, until in zip(changes, [*(one.time for one in changes[1:]), span[1]], strict=False):

@@ -8,7 +8,7 @@ import numpy as np
 
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation, ImageDigest
-from sunset.recording import RecordedMessage
+from sunset.recording import RecordedMessage, image_digests
 from sunset.recording.timelines import content_of
 from sunset.system import (
     EVALUATION_TOPIC,
@@ -132,11 +132,7 @@ def foreign_pictures(messages: Iterable[RecordedMessage], placed: Iterable[Place
     Those of topics that every system has are compared: other publishers may fill the rows of an image, which its
     digest is of and its picture leaves out.
     """
-    known = {
-        (one.topic, ns_of(one.message.header.stamp), bytes(one.message.digest))
-        for one in messages
-        if isinstance(one.message, ImageDigest)
-    }
+    known = image_digests(messages)
     told = [one for one in placed if one.topic in _COMPARED]
     foreign = sum((one.topic, one.stamp_ns, one.digest) not in known for one in told)
     if not foreign:

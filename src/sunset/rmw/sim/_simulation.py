@@ -111,7 +111,7 @@ class Simulation:
         self._network.scheduler.add(t_ns, Priority.CALL, lambda _: function(), None)
 
     def play_back(self, requests: Iterable[tuple[int, str, type[Service], Message]]) -> None:
-        """Let recorded requests be served at the times at which they were served, whatever else waits there.
+        """Serve recorded requests at the times at which they were served, before all others that wait.
 
         Args:
             requests: the time in nanoseconds, and the service with its type and the request.

@@ -156,8 +156,8 @@ def add_limit_option(parser: argparse.ArgumentParser) -> None:
         type=float,
         default="30",
         metavar="S",
-        help="processor time that a managing system may take to load, and for each of its callbacks; it may take ten "
-        "times as much of wall time",
+        help="processor time that a managing system may take to load, and for each of its callbacks, and a tenth of "
+        "the wall time; live, it is all the wall time",
     )
 
 

@@ -289,7 +289,12 @@ def _syndrone(root: Path) -> tuple[dict[str, object], str]:
 
 
 def _unlabelled_text(unlabelled: int, frames: int) -> str:
-    return f"{unlabelled} of {counted(frames, 'frame')} have no labels: these are flown, and count for no quality"
+    are = (
+        "has no labels: it is flown, and counts"
+        if unlabelled == 1
+        else "have no labels: they are flown, and count"
+    )
+    return f"{unlabelled} of {counted(frames, 'frame')} {are} for no quality"
 
 
 def _dropped(counts: Mapping[str, int]) -> str:

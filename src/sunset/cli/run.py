@@ -72,7 +72,7 @@ def execute(arguments: argparse.Namespace) -> None:
         else:
             view = f"sunset view {shlex.quote(str(folder))}"
             print(f"The record is in {folder}.", file=sys.stderr)
-    if arguments.scenario == DEFAULT_SCENARIO:
+    if arguments.scenario == DEFAULT_SCENARIO and arguments.bag is None:
         print_next_steps(_next_steps(arguments, view))
 
 

@@ -83,7 +83,8 @@ class ManagerCheck:
         if self.refusals:
             several = len(self.refusals) > 1
             told = [
-                f"{shorten(reason.rstrip('.'), _LONGEST_REASON)}{f' ({counted(times, "time")})' if several else ''}"
+                shorten(reason.rstrip("."), _LONGEST_REASON)
+                + (f" ({counted(times, 'time')})" if several else "")
                 for reason, times in self.refusals.items()
             ]
             more = [f"and {counted(len(told) - _SHOWN, 'other reason')}"] if len(told) > _SHOWN else []

@@ -60,6 +60,7 @@ NODES: dict[str, dict[str, Known]] = {
     "/managed_subsystem/camera": {
         **SIM_TIME,
         "lifecycle_activation_delay": DELAY,
+        "autostart": Known(BOOL, read_only=True),
         "fault_access": SWITCH,
         "sharpness_threshold": Known(DOUBLE, (0.0, 64.0, 1.5), (0.0, 64.0), (math.nan, -math.inf)),
         "image_degradation": Known(DOUBLE, (1.9, 0.5, 0.0), (0.0, 1.9), (math.nan, math.inf)),
@@ -71,6 +72,7 @@ NODES: dict[str, dict[str, Known]] = {
     "/managed_subsystem/depth": {
         **SIM_TIME,
         "lifecycle_activation_delay": DELAY,
+        "autostart": Known(BOOL, read_only=True),
         "fault_access": SWITCH,
         "seed": Known(INTEGER, limits=(0, 2**32 - 1), read_only=True),
         "depth_degradation": Known(DOUBLE, (100.0, 2.5, 0.0), (0.0, 100.0), (math.nan, math.inf)),
@@ -78,12 +80,14 @@ NODES: dict[str, dict[str, Known]] = {
     "/managed_subsystem/image_enhancement": {
         **SIM_TIME,
         "lifecycle_activation_delay": DELAY,
+        "autostart": Known(BOOL, read_only=True),
         "fault_access": SWITCH,
         "image_degradation": Known(DOUBLE, (1.9, 0.0, 1.5), (0.0, 1.9), (math.nan,)),
     },
     "/managed_subsystem/sensor_fusion": {
         **SIM_TIME,
         "lifecycle_activation_delay": DELAY,
+        "autostart": Known(BOOL, read_only=True),
         "fault_access": SWITCH,
         "topic_camera_input": Known(
             STRING,
@@ -113,6 +117,7 @@ NODES: dict[str, dict[str, Known]] = {
     "/managed_subsystem/segmentation": {
         **SIM_TIME,
         "lifecycle_activation_delay": DELAY,
+        "autostart": Known(BOOL, read_only=True),
         "fault_access": SWITCH,
         "model": Known(STRING, read_only=True),
         "inference_cache": Known(STRING, read_only=True),
@@ -131,6 +136,7 @@ NODES: dict[str, dict[str, Known]] = {
         "width": SIZE,
         "height": SIZE,
         "speed": Known(DOUBLE, limits=(0.01, 100.0), read_only=True),
+        "field_of_view": Known(DOUBLE, limits=(1.0, 179.0), read_only=True),
         "origin_ns": Known(INTEGER, read_only=True),
     },
     "/monitor": SIM_TIME,

@@ -32,6 +32,7 @@ from sunset.experiments import (
     connected_scheduler,
     failing_managers,
     flights_of,
+    in_turn,
     plan,
 )
 from sunset.system import loaded_extensions
@@ -105,7 +106,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.out is None:
         raise InvalidInputError("The results need a folder: name one with --out DIR.")
     shard = None if arguments.shard is None else Shard.parse(arguments.shard)
-    runs = plan(spec)
+    runs = in_turn(plan(spec))
     wanted = runs if shard is None else shard.of(runs)
     address = arguments.scheduler
     with nullcontext() if address is None else connected_scheduler(address) as executor:

@@ -100,8 +100,7 @@ class Observer(Tap):
         self._shown = shown
         self._viewers = viewers
         self._system = current_system()
-        self._outputs = {f"/{node.name}": {*node.outputs} for node in HARNESS.values()}
-        self._outputs |= {
+        self._outputs = {
             full_name(node.name): {*map(full_name, node.outputs)} for node in self._system.nodes.values()
         }
         self._own_services = tuple(f"{node}/" for node in sorted(self._system.all_nodes))

@@ -1,6 +1,7 @@
 """The process of a managing system behind walls: its task, its description of itself, and what it runs."""
 
 import inspect
+import json
 import os
 import socket
 import sys
@@ -165,10 +166,15 @@ def run_manager(connection: socket.socket, task: object) -> None:
 
 
 def _without_values(text: str, task: ManagerTask) -> str:
-    """Return a text with the name of each given variable in place of its value, which may be a key."""
+    """Return a text with the name of each given variable in place of its value, which may be a key.
+
+    A value is also found without the spaces around it, and as Python and JSON write it in quotes.
+    """
     for name, value in task.environment.items():
-        if len(value) >= _SECRET:
-            text = text.replace(value, f"${name}")
+        bare = value.strip()
+        for form in (value, bare, repr(value)[1:-1], repr(bare)[1:-1], json.dumps(bare)[1:-1]):
+            if len(form) >= _SECRET:
+                text = text.replace(form, f"${name}")
     return text
 
 

@@ -362,5 +362,5 @@ def test_a_shutdown_ends_the_process(
         by_label = (index + number) % 2
         assert change(asker, node, 0 if by_label else number, "shutdown" if by_label else "")
     for node in MANAGED:
-        assert eventually(lambda node=node: up.state(node).startswith("ended with exit code 0"))  # type: ignore[misc]
+        assert eventually(lambda node=node: up.state(node).startswith("ended in order"))  # type: ignore[misc]
         assert not exists(up.pids[node])

@@ -165,7 +165,7 @@ scenario, manager, seconds, out = sys.argv[1:]
 timing = Timing(duration_s=float(seconds), warm_up_s=1.0)
 spec = RunSpec(
     scenario=load_scenario(scenario), manager=manager,
-    settings=Settings(middleware="cyclonedds", timing=timing, cache=False),
+    settings=Settings(middleware="cyclonedds", timing=timing, cache=False, loop=True),
 )
 try:
     result = run(spec, Path(out))

@@ -32,6 +32,9 @@ _compiled: dict[Path, str] = {}
 """The SHA-256 of what was compiled, by the file that it stood in."""
 
 
+LIBRARIES: Final = frozenset({"site-packages", "dist-packages"})
+"""The names of folders of installed packages."""
+
 _OWN: Final = (".py", ".yaml")
 """Endings of this package's own files that decide results; models and flights have checksums of their own."""
 
@@ -147,7 +150,7 @@ def installed_folders() -> tuple[Path, ...]:
 @cache
 def has_libraries(folder: Path) -> bool:
     """Return whether a folder holds installed packages, by its name or by the metadata of one in it."""
-    return folder.name in {"site-packages", "dist-packages"} or any(folder.glob("*.dist-info"))
+    return folder.name in LIBRARIES or any(folder.glob("*.dist-info"))
 
 
 def is_installed(path: Path) -> bool:

@@ -28,16 +28,13 @@ from sunset.managing.files import manager_data
 from sunset.rmw.core.port import CallbackError
 from sunset.rmw.remote import Pipe, PipeError, RemoteProcess
 from sunset.ros import Context, Parameter, SingleThreadedExecutor
+from sunset.source_files import LIBRARIES
 from sunset.system import load_extension
 from sunset.system.vocabulary import Value
 from sunset.texts import described_error, line_text, shorten
 
 ENTRY: Final = f"{__name__}:run_manager"
 """What the process calls, as `Confinement` takes it."""
-
-
-_SITES: Final = frozenset({"site-packages", "dist-packages"})
-"""Folders of what is installed."""
 
 
 class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
@@ -186,7 +183,7 @@ def _installed(names: Iterable[str]) -> tuple[str, ...]:
             {
                 name.partition(".")[0]
                 for name, file in files.items()
-                if not _SITES.isdisjoint(Path(file).parts)
+                if not LIBRARIES.isdisjoint(Path(file).parts)
             }
         )
     )

@@ -87,7 +87,7 @@ def test_a_terminal_shows_a_table_in_colours_and_wrapped(capsys: pytest.CaptureF
     table = Table(box=None)
     table.add_row(Text("fault", style="red"), "again " * 20)
 
-    _Console(force_terminal=True, color_system="standard", width=40).print_table(table)
+    _Console(force_terminal=True, color_system="standard", width=40, height=10).print_table(table)
 
     lines = capsys.readouterr().out.splitlines()
     assert "\x1b[31mfault\x1b[0m" in lines[0] + lines[1]

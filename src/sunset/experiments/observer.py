@@ -156,7 +156,7 @@ class Observer(Tap):
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Record a message that leaves its publisher, unless it is forged.
 
-        A node of the system publishes what its description says, and no other node on the system's topics.
+        A managed node publishes what its description says, and no other node on the system's topics.
         """
         is_shared = topic == DIAGNOSTICS_TOPIC and isinstance(message, DiagnosticArray)
         is_own = not is_shared and (topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES))
@@ -250,7 +250,7 @@ class Observer(Tap):
             command.reason = "not answered"
 
     def _may_publish(self, node: str, topic: str) -> bool:
-        """Return whether a node may publish on a topic: as its description says, where it is of the system."""
+        """Return whether a node may publish on a topic: as its description says, where it is a managed one."""
         if topic in _TOPICS_OF_ALL or topic == f"{node}/transition_event":
             return True
         return topic in self._outputs.get(node, {topic})

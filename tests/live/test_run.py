@@ -35,9 +35,9 @@ from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.names import base_name
 from sunset.recording import read_messages, read_run, read_timeline
-from sunset.rmw.dds import CycloneTap
+from sunset.rmw.dds import CycloneDDS, CycloneTap
 from sunset.rmw.dds.domains import free_domain_id
-from sunset.ros import Node
+from sunset.ros import Context, Node
 from sunset.scenarios import load_scenario
 
 pytestmark = pytest.mark.xdist_group("live")
@@ -220,6 +220,29 @@ def test_a_run_of_which_nothing_can_be_seen_any_more_ends(
     with pytest.raises(MiddlewareError, match="Nothing is heard any more"):
         run(spec, tmp_path / "run")
     assert eventually(lambda: not any(exists(pid) for pid in pids.values()))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_node_that_a_run_before_has_left_keeps_the_next_from_starting(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with free_domain_id() as domain_id:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain_id))
+        context = Context()
+        context.init([], middleware=CycloneDDS(domain_id=domain_id), log_to_stderr=False)
+        Node("camera", namespace="/managed_subsystem", context=context)
+        try:
+            spec = RunSpec(
+                scenario=load_scenario("nofault"),
+                manager="external",
+                settings=Settings(middleware="cyclonedds"),
+            )
+            with pytest.raises(
+                MiddlewareError, match=f"Domain {domain_id} already has /managed_subsystem/camera: "
+            ):
+                run(spec, tmp_path / "run")
+        finally:
+            context.try_shutdown()
     assert list(tmp_path.iterdir()) == []
 
 

@@ -20,13 +20,24 @@ def fault(effect: str, *, failure: str = "F4", value: str = "value=2, limits=(0,
     """Return an extension with one fault, which has an effect."""
     return (
         f"{HEAD}{BLUR}EXTENSION = Extension(faults=(Fault(name='smear', failure={failure!r}, node='camera', {value}, "
-        f"description='Smeared.', cures=(), effect=Effect({effect})),))"
+        f"description='Smeared.', cures=((Adaptation('redeploy', 'camera'),),), effect=Effect({effect})),))"
     )
 
 
 HEAD = "from sunset.nodes import AdaptiveNode\nfrom sunset.system import *\n"
 REDEPLOY = "REDEPLOY = Adaptation(AdaptationKind.REDEPLOY, 'camera')\n"
 SONAR = HEAD + "class Sonar(AdaptiveNode):\n    node_name = 'sonar'\n"
+
+
+DIRTY = (
+    f"{HEAD}from sunset.nodes import Camera, FaultParameter\n"
+    "class Dirty(Camera):\n    smear = FaultParameter(False, 'dirt', {})\n"
+)
+"""A class of a node with a parameter of a fault, which gets options."""
+DIRT = (
+    "EXTENSION = Extension(node_classes={'camera': Dirty}, faults=(Fault(name='smear', failure='F1', node='camera', "
+    "description='Smeared.', cures=((Adaptation('redeploy', 'camera'),),)),))"
+)
 
 
 def node(name: str, options: str = "compute_s=0.0") -> str:
@@ -178,7 +189,7 @@ def of_fault(options: str) -> str:
         (of_fault("cures=(REDEPLOY,)"), "must be a tuple of tuples of adaptations, such as ((RESTART,), "),
         (of_fault("cures=((),)"), "must be a tuple of tuples of adaptations, such as ((RESTART,), "),
         (
-            of_fault("cures=(), kind='extern'"),
+            of_fault("cures=((REDEPLOY,),), kind='extern'"),
             "The kind must be internal, external or configuration, got 'extern'",
         ),
         (
@@ -210,23 +221,25 @@ def of_fault(options: str) -> str:
             "to the outputs of a node that is active at first",
         ),
         (
-            of_fault("cures=(), parameter='perform_autofokus'"),
+            of_fault("cures=((REDEPLOY,),), parameter='perform_autofokus'"),
             "does not have the parameter 'perform_autofokus': did you mean 'perform_autofocus'",
         ),
         (
-            of_fault("cures=()"),
+            of_fault("cures=((REDEPLOY,),)"),
             "'smear': add it there, or name another (a fault's parameter has the fault's name unless it says parameter",
         ),
         (
-            of_fault("cures=(), parameter='image_degradation', value=1, limits=(0, 1)"),
+            of_fault("cures=((REDEPLOY,),), parameter='image_degradation', value=1, limits=(0, 1)"),
             "The class Camera has the parameter 'image_degradation' of type float, got 1: write a value such as 0.0",
         ),
         (
-            of_fault("cures=(), parameter='image_degradation', value=0.5, limits=(0.0, 99.0)"),
+            of_fault("cures=((REDEPLOY,),), parameter='image_degradation', value=0.5, limits=(0.0, 99.0)"),
             "The class Camera takes for the parameter 'image_degradation' values from 0.0 to 1.9, got 99.0: change one",
         ),
         (
-            of_fault("cures=(), parameter='sharpness_threshold', value=9.0, limits=(1.0, 10.0), healthy=1.0"),
+            of_fault(
+                "cures=((REDEPLOY,),), parameter='sharpness_threshold', value=9.0, limits=(1.0, 10.0), healthy=1.0"
+            ),
             "The fault smear is healthy at 1.0, and the parameter 'sharpness_threshold' of the class Camera begins",
         ),
         (
@@ -241,17 +254,32 @@ def of_fault(options: str) -> str:
             "The name of the topic '/parameter_events' is taken",
         ),
         (
-            of_fault("cures=(), value=0.0, limits=(0.0, 1.0)"),
+            of_fault("cures=(), parameter='hardware_disconnect'"),
+            "The fault smear is internal to camera, so that a redeploy of it ends it: add that to the cures",
+        ),
+        (
+            DIRTY.format("ends_with='wipe'") + DIRT,
+            "The parameter 'smear' of the class Dirty ends with 'wipe', which is no @action there: add it",
+        ),
+        (
+            DIRTY.format("cured_by_restart=True") + DIRT,
+            "A restart of camera is no cure of the fault smear: say cured_by_restart=False for the parameter 'smear'",
+        ),
+        (
+            of_fault("cures=((REDEPLOY,),), value=0.0, limits=(0.0, 1.0)"),
             "needs a value and another one of the same type when healthy, got 0.0 and 0.0",
         ),
-        (of_fault("cures=(), value=[1]"), "The value must be true or false or a whole number"),
-        (of_fault("cures=(), value=2.0"), "The fault smear needs limits, since its value 2.0 is a number"),
+        (of_fault("cures=((REDEPLOY,),), value=[1]"), "The value must be true or false or a whole number"),
         (
-            of_fault("cures=(), value=True, limits=(0.0, 1.0)"),
+            of_fault("cures=((REDEPLOY,),), value=2.0"),
+            "The fault smear needs limits, since its value 2.0 is a number",
+        ),
+        (
+            of_fault("cures=((REDEPLOY,),), value=True, limits=(0.0, 1.0)"),
             "The fault smear must have no limits, since its value True is not a number, got (0.0, 1.0)",
         ),
         (
-            of_fault("cures=(), value=9.0, limits=(0.0, 5.0)"),
+            of_fault("cures=((REDEPLOY,),), value=9.0, limits=(0.0, 5.0)"),
             "The fault smear needs a value within its limits (0.0, 5.0), got 9.0",
         ),
         (

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-from sunset.errors import InvalidInputError, ManagerError, SunsetError
+from sunset.errors import InvalidInputError, ManagerError, MiddlewareError, SunsetError
 from sunset.experiments.parameters import Parameters, known_scenario, manager_parameters, node_parameters
 from sunset.experiments.processes import NodeProcesses
 from sunset.experiments.resources import Resources
@@ -21,6 +21,7 @@ from sunset.harness.launcher import Launcher
 from sunset.harness.node_process import NodeSpec
 from sunset.interruption import held_signals
 from sunset.managing import EXTERNAL
+from sunset.names import qualified_name
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
@@ -42,6 +43,8 @@ _STATELESS: Final = ("monitor", "evaluator")
 _MOST_REVIVALS: Final = 10
 _TURN_S: Final = 0.2
 """Longest wait for one process before the next is started: all at once would take the processor from others."""
+_DISCOVERY_S: Final = 0.5
+"""How long to listen for nodes that a managing system has left in the domain, before the system's own are started."""
 _STEP_NS: Final = 10_000_000
 
 
@@ -84,7 +87,7 @@ class LiveSystem:
 
     Raises:
         MissingExtraError: the extra `live` is not installed.
-        MiddlewareError: the domain cannot be entered, or another system runs in it.
+        MiddlewareError: the domain cannot be entered, or another system runs in it, or nodes of one.
         InvalidInputError: the environment keeps processes from finding each other.
     """
 
@@ -132,6 +135,7 @@ class LiveSystem:
             if loop:
                 self.processes.on_exit(self._revive)
             self.executor = SingleThreadedExecutor(context=self.context)
+            self._refuse_namesakes()
             self._launcher = Launcher(self.processes, self._managed, context=self.context)
             self.executor.add_node(self._launcher)
             sensors = [node.name for node in system.nodes.values() if {*node.inputs} & {*SENSOR_TOPICS}]
@@ -157,6 +161,19 @@ class LiveSystem:
             end = self.processes.end_of(node)
             self.processes.start(node)
             self._on_line(node, f"The process {end}; it was started again.")
+
+    def _refuse_namesakes(self) -> None:
+        """Raise where the domain has a node of the system's already, as launched nodes that outlive a run are."""
+
+        def left() -> list[str]:
+            nodes = {qualified_name(namespace, name) for name, namespace in self._middleware.nodes()}
+            return sorted(nodes & {*current_system().all_nodes})
+
+        if self.spin_until(lambda: bool(left()), _DISCOVERY_S):
+            raise MiddlewareError(
+                f"Domain {self.domain_id} already has {' and '.join(left())}: end the process that a run before has "
+                "left, or choose another domain."
+            )
 
     def _is_heard(self, node: str) -> bool:
         return any(name == node for name, _ in self._middleware.nodes())

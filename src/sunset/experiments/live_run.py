@@ -87,19 +87,21 @@ class FrameCount:
         late_s = max((time - shown for time, shown in self.clock if shown >= start_ns), default=0) / _S
         if late_s > timing.period_s:
             return f"the computer was too slow to observe it: times are wrong by up to {late_s:.2f} s"
-        times = sorted(self.taken.values())
-        gaps = [(after - before) / _S for before, after in pairwise(times)]
-        if (
-            timing.least_frames - len(times) > _tolerated(timing.least_frames)
-            or max(gaps, default=0.0) > _LATE * timing.period_s
-        ):
-            return (
-                f"the computer was too slow for the flight: {len(times)} of {timing.least_frames} frames were played, "
-                f"with gaps of up to {max(gaps, default=0.0):.2f} s in place of {timing.period_s:g} s"
-            )
+        late = self._late_flight(timing)
+        if late:
+            return f"the computer was too slow for the flight: {late}"
         due, lost = self.losses(start_ns, timeline, timing)
         if lost > _tolerated(due):
             return f"the computer was too slow: {lost} of {due} frames were lost before anything was wrong"
+        return ""
+
+    def _late_flight(self, timing: RunTiming) -> str:
+        times = sorted(self.taken.values())
+        if timing.least_frames - len(times) > _tolerated(timing.least_frames):
+            return f"{len(times)} of {timing.least_frames} frames were played"
+        gap_s = max((after - before for before, after in pairwise(times)), default=0) / _S
+        if gap_s > _LATE * timing.period_s:
+            return f"by /clock, {gap_s:.2f} s passed between two frames in place of {timing.period_s:g} s"
         return ""
 
     def losses(self, start_ns: int, timeline: Timeline, timing: RunTiming) -> tuple[int, int]:
@@ -142,7 +144,8 @@ class _Watch(Tap):
         """Whether it has heard of the service that is made last, so that it knows of all before."""
 
     def on_node(self, process: str, node: str) -> None:
-        is_tool = base_name(node).startswith("_") or node in self._viewers  # as hidden ones are
+        # hidden nodes, and what `ros2 launch` is itself
+        is_tool = base_name(node).startswith(("_", "launch_ros_")) or node in self._viewers
         if node not in current_system().all_nodes and not is_tool:
             self.strangers[node] = None
         self._observer.on_node(process, node)

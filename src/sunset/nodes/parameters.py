@@ -114,7 +114,7 @@ class FaultParameter(NodeParameter[ValueT]):
         description: what happens.
         minimum: least allowed number.
         maximum: greatest allowed number.
-        ends_with: what ends the fault, besides the end of the process, for the refusal's reason.
+        ends_with: the action of the node that ends the fault, if there is one, for the refusal's reason.
         cured_by_restart: whether activating the node ends it.
     """
 
@@ -130,6 +130,7 @@ class FaultParameter(NodeParameter[ValueT]):
     ) -> None:
         super().__init__(default, description, minimum=minimum, maximum=maximum)
         self.cured_by_restart = cured_by_restart
+        self.action = ends_with
         ends = [ends_with] if ends_with else []
         ends += ["a restart"] if cured_by_restart else []
         self.ends_with = " or ".join([*ends, "a redeploy"])

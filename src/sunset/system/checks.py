@@ -11,6 +11,7 @@ from sunset.system.description import (
     Effect,
     Failure,
     Fault,
+    FaultKind,
     NodeDescription,
     Sensor,
     Signal,
@@ -120,7 +121,7 @@ def check_parameter(adaptation: Adaptation, node_class: type) -> None:
 
 
 def check_fault_parameter(fault: Fault, node_class: type) -> None:
-    """Check that the class of a fault's node takes all its strengths, and is without the fault at first.
+    """Check that the class of a fault's node takes all its strengths, is without the fault at first, and is cured so.
 
     Raises:
         ExtensionError: it does not, or is not.
@@ -132,11 +133,25 @@ def check_fault_parameter(fault: Fault, node_class: type) -> None:
         check_parameter(
             Adaptation(AdaptationKind.SET_PARAMETER, fault.node, fault.parameter, strength), node_class
         )
-    default = getattr(getattr(node_class, fault.parameter, None), "default", fault.healthy)
+    parameter = getattr(node_class, fault.parameter, None)
+    default = getattr(parameter, "default", fault.healthy)
     if default != fault.healthy:
         raise ExtensionError(
             f"The fault {fault.name} is healthy at {fault.healthy!r}, and the parameter {fault.parameter!r} of the "
             f"class {node_class.__name__} begins with {default!r}: say healthy={default!r} in the Fault."
+        )
+    action = getattr(parameter, "action", "")
+    if action and not hasattr(node_class, action):
+        raise ExtensionError(
+            f"The parameter {fault.parameter!r} of the class {node_class.__name__} ends with {action!r}, which is no "
+            f"@action there: {suggestion(action, vars(node_class))}add it, or leave ends_with out."
+        )
+    restarted = (Adaptation(AdaptationKind.RESTART, fault.node),) in fault.cures
+    if getattr(parameter, "cured_by_restart", restarted) != restarted:
+        raise ExtensionError(
+            f"A restart of {fault.node} {'is a' if restarted else 'is no'} cure of the fault {fault.name}: say "
+            f"cured_by_restart={restarted} for the parameter {fault.parameter!r} of the class {node_class.__name__}, "
+            "or change the cures."
         )
 
 
@@ -273,6 +288,14 @@ def check_fault(fault: Fault, nodes: Mapping[str, NodeDescription], failures: Ma
         raise ExtensionError(f"{what} needs limits, since its value {fault.value!r} is a number.")
     elif not fault.limits[0] <= fault.value <= fault.limits[1]:
         raise ExtensionError(f"{what} needs a value within its limits {fault.limits}, got {fault.value!r}.")
+    if (
+        fault.kind is FaultKind.INTERNAL
+        and (Adaptation(AdaptationKind.REDEPLOY, fault.node),) not in fault.cures
+    ):
+        raise ExtensionError(
+            f"{what} is internal to {fault.node}, so that a redeploy of it ends it: add that to the cures, or say "
+            "another kind."
+        )
 
 
 def check_effect(fault: Fault, faults: Mapping[str, Fault], signal: Signal | None) -> None:

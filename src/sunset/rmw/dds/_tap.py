@@ -28,7 +28,7 @@ from sunset.rmw.dds._services import split_sample
 _HOLD_NS: Final = 100_000_000
 """How long a sample waits for those that were sent before it and come after it."""
 
-_PATIENCE_NS: Final = 1_000_000_000
+_PATIENCE_NS: Final = 3_000_000_000
 """How long it waits for the announcement of the node that sent it, and a response for its request."""
 
 _REMEMBERED: Final = 1000
@@ -96,8 +96,8 @@ class CycloneTap(LiveObserver):
     It enters the network as a `CycloneDDS` with the same arguments would. The tap's methods are called on a thread of
     its own, in the order in which samples were sent, about 0.1 s later, with times of the system clock at which they
     were sent; what a sender says of that counts within the second before the sample came. A response waits for its
-    request, which may have to be sent again, for a second. Who sent what is known from the announcements of the nodes;
-    a sample whose node is not announced within a second is told with an empty name. Samples that were sent before the
+    request, which may have to be sent again, for 3 s. Who sent what is known from the announcements of the nodes;
+    a sample whose node is not announced within 3 s is told with an empty name. Samples that were sent before the
     tap's readers were connected, which takes some hundredths of a second after an endpoint appears, are not seen unless
     they are kept for late comers. A request is told once for each node that offers the service.
 

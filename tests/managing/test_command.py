@@ -74,6 +74,7 @@ def test_a_command_is_resolved_for_another_folder(monkeypatch: pytest.MonkeyPatc
         ("exec:sh 'a", "no closing quotation"),
         ("exec:no-such-program x", "there is no program no-such-program on PATH"),
         ("exec:./none.sh", r"there is no file \./none\.sh"),
+        ("exec:python3 none.py --fast", r"there is no file none\.py"),
         ("exec:run.sh", r"a program that is not on PATH is named by its path, exec:\./run\.sh"),
         ("exec:./mine.py", r"let it be run \(chmod \+x \./mine\.py\), or name what runs it, as exec:python3"),
         ("exec:./package", r"there is no file \./package"),

@@ -93,6 +93,13 @@ def parse_command(spec: str, folder: Path = Path()) -> Command:
         runs[0] = str(_found(spec, runs[0], folder))
     paths = {word: (folder / word).absolute() for word in arguments if word and (folder / word).exists()}
     named = [*paths.values(), *([found] if own else [])]
+    if (
+        _PYTHON.fullmatch(found.name)
+        and arguments
+        and not arguments[0].startswith("-")
+        and not paths.get(arguments[0])
+    ):
+        raise ManagerError(f"The managing system {spec} cannot be started: there is no file {arguments[0]}.")
     return Command(
         (*runs, str(found), *(str(paths.get(word, word)) for word in arguments)),
         tuple(sorted({file for path in named for file in _files(spec, path)})),

@@ -44,7 +44,7 @@ class Prospect:
 
     Attributes:
         pair: the two others.
-        power: how probably it tells a difference of `DIFFERENCE` in IoU_net; None where it has no interval.
+        power: how probably it tells a difference of `DIFFERENCE` in utility; None where it has no interval.
         told: the difference that it tells with a probability of `POWER`; None likewise.
         repetitions: how many of them tell `DIFFERENCE` with that probability; None where no number does.
     """
@@ -135,7 +135,7 @@ class CampaignForecast:
         lines = [
             (
                 f"If two managing systems differ as those of a line do ({self.source}), a difference of "
-                f"{DIFFERENCE:g} in IoU_net is detected with this probability:"
+                f"{DIFFERENCE:g} in utility is detected with this probability:"
             )
         ]
         for prospect in self.prospects:
@@ -250,10 +250,10 @@ def _prospect(pair: str, found: Variances, design: Design) -> Prospect:
 def _measured(folder: Path) -> dict[str, Variances]:
     """Return the variances of those differences between neighbours in a campaign that have an interval."""
     return {
-        f"{difference.first} − {difference.second}": variances(difference.iou_net.spread)
+        f"{difference.first} − {difference.second}": variances(difference.utility.spread)
         for table in score_tables(load_results(folder))
         for difference in table.neighbours
-        if difference.iou_net and difference.iou_net.spread
+        if difference.utility and difference.utility.spread
     }
 
 

@@ -219,6 +219,7 @@ def report(
     path: str | Path | Sequence[str | Path],
     form: str | None = None,
     *,
+    every: bool = False,
     recompute: bool = False,
     extensions: Extensions = (),
 ) -> str:
@@ -228,6 +229,7 @@ def report(
         path: as of `load`; or logs of the published exemplar, files of CSV or folders of such, one or several.
         form: `table`, `latex`, `csv`, `json` or `html`; if it is None, `table`, but of the folder of one run its time
             line.
+        every: whether a table or LaTeX has every figure, and not the first page only.
         recompute: as of `load`; of a table.
         extensions: as of `load`.
 
@@ -237,14 +239,14 @@ def report(
     """
     paths = [path] if isinstance(path, str | Path) or not isinstance(path, Sequence) else path
     folder, *others = [as_path(one, "folder of stored runs") for one in paths or [""]]
-    check_flags(recompute=recompute)
+    check_flags(every=every, recompute=recompute)
     logs = find_logs([folder, *others])
     if logs:
         return render_logs(logs, "table" if form is None else form)
     with extended(extensions):
-        if form is None and not recompute and (folder / RUN_FILE).is_file():
+        if form is None and not (every or recompute) and (folder / RUN_FILE).is_file():
             return f"{read_stored_run(folder)}\n"
-        return render_report(folder, "table" if form is None else form, recompute=recompute)
+        return render_report(folder, "table" if form is None else form, every=every, recompute=recompute)
 
 
 def check_manager(

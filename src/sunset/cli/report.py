@@ -56,6 +56,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"(default: {RUNS_FORMATS[0]})",
     )
     parser.add_argument(
+        "--all",
+        action="store_true",
+        dest="every",
+        help="print every figure, and not the first page only; JSON, CSV and pages have all anyway",
+    )
+    parser.add_argument(
         "--site",
         type=Path,
         metavar="DIR",
@@ -105,10 +111,10 @@ def execute(arguments: argparse.Namespace) -> None:
                 folder, form or RUNS_FORMATS[0], recompute=again, progress=progress if again else None
             )
         print(text, end="")
-    elif form is None and not again and (folder / RUN_FILE).is_file():
+    elif form is None and not again and not arguments.every and (folder / RUN_FILE).is_file():
         read_stored_run(folder).print_story()
     else:
-        print_report(folder, form or "table", recompute=again)
+        print_report(folder, form or "table", every=arguments.every, recompute=again)
 
 
 def _print_logs(logs: Sequence[Path], arguments: argparse.Namespace) -> None:
@@ -150,10 +156,12 @@ def _write_logs(folder: Path, arguments: argparse.Namespace) -> None:
     print(written, file=sys.stderr)
 
 
-def print_report(folder: Path, form: str, *, recompute: bool = False) -> None:
+def print_report(folder: Path, form: str, *, every: bool = False, recompute: bool = False) -> None:
     """Print the report of a folder of runs on stdout."""
     with progress_bar("Reading runs") as progress:
-        text = render_report(folder, form, recompute=recompute, progress=progress if recompute else None)
+        text = render_report(
+            folder, form, every=every, recompute=recompute, progress=progress if recompute else None
+        )
     print(text.rstrip("\n"))
     try:
         counted = count_runs(folder)

@@ -40,21 +40,21 @@ def differences_chart(found: Sequence[Setup]) -> Chart:
             ]
             lines += [
                 (
-                    *(setup.label, table.suite, first, second, difference.pairs, *_ends(difference.iou_net)),
+                    *(setup.label, table.suite, first, second, difference.pairs, *_ends(difference.utility)),
                     *(difference.a12, difference.p, *_ends(difference.score)),
                 )
                 for first, second, difference in pairs
             ]
             marks = [
-                _mark(_pair(first, second), first, difference.iou_net)
+                _mark(_pair(first, second), first, difference.utility)
                 for first, second, difference in pairs
-                if difference.iou_net and difference in table.neighbours
+                if difference.utility and difference in table.neighbours
             ]
             if marks:
                 panels.append(
                     Intervals(
                         title=setup.title(setup.suite_title(table.suite)),
-                        label="difference in IoU_net",
+                        label="difference in utility",
                         marks=tuple(marks),
                         guides=((0.0, ""),),
                     )
@@ -62,13 +62,13 @@ def differences_chart(found: Sequence[Setup]) -> Chart:
     return Chart(
         name="differences",
         title="Paired differences",
-        meaning="By how much the IoU_net of a managing system is above that of the next one by score, over the runs "
+        meaning="By how much the utility of a managing system is above that of the next one by score, over the runs "
         "that both have: of the same scenario, flight and seed. "
         f"Marks are means, {_LINES}; one that does not reach 0 tells both apart.",
         panels=tuple(panels),
         missing=_interval_notes(panels) if panels else (_NO_PAIR,),
         head=(
-            *("setup", "suite", "first", "second", "pairs", "iou_net_difference", "ci_low", "ci_high"),
+            *("setup", "suite", "first", "second", "pairs", "utility_difference", "ci_low", "ci_high"),
             *("a12", "p_holm", "score_difference", "score_ci_low", "score_ci_high"),
         ),
         lines=tuple(lines),

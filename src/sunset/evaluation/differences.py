@@ -1,8 +1,7 @@
 """How managing systems differ, in the runs that both have: how much, how surely, and what it takes to tell."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -13,9 +12,9 @@ from sunset.evaluation.resampling import Cluster, Spread
 
 DIFFERENCE_METHOD: Final = (
     "Differences are of runs with the same scenario, flight and seed, with the same bootstrap; those in score, of the "
-    "runs that count for it. A12 (Vargha and Delaney): how probably a run of the first has more IoU_net than a run of "
-    "the second. p: of the difference in IoU_net, adjusted after Holm for all pairs of managing systems; intervals "
-    "are not adjusted. Told: the smallest difference in IoU_net that a campaign of this size detects with a "
+    "runs that count for it. A12 (Vargha and Delaney): how probably a run of the first has more utility than a run of "
+    "the second. p: of the difference in utility, adjusted after Holm for all pairs of managing systems; intervals "
+    "are not adjusted. Told: the smallest difference in utility that a campaign of this size detects with a "
     f"probability of {100 * POWER:g} %. Runs for {DIFFERENCE:g}: how many runs of each detect a difference of "
     f"{DIFFERENCE:g} so; never, where only other scenarios or flights would help."
 )
@@ -37,10 +36,10 @@ class ManagerDifference:
         second: another's.
         pairs: how many runs both have.
         score: by how much the score of the first is above that of the second; None where there is no score.
-        iou_net: likewise of IoU_net; None where there is no pair.
-        a12: how probably a run of the first has more IoU_net than one of the second, ties by half; None likewise.
-        p: of the difference in IoU_net, adjusted after Holm; None where it has no interval.
-        told: the difference in IoU_net that such a campaign tells with a probability of `POWER`; None likewise.
+        utility: likewise of utility; None where there is no pair.
+        a12: how probably a run of the first has more utility than one of the second, ties by half; None likewise.
+        p: of the difference in utility, adjusted after Holm; None where it has no interval.
+        told: the difference in utility that such a campaign tells with a probability of `POWER`; None likewise.
         runs_needed: how many runs of each would tell `DIFFERENCE` so; None where no number of repetitions does, or
             there is no interval.
     """
@@ -49,7 +48,7 @@ class ManagerDifference:
     second: str
     pairs: int
     score: Estimate | None
-    iou_net: Estimate | None
+    utility: Estimate | None
     a12: float | None
     p: float | None
     told: float | None
@@ -62,7 +61,7 @@ class ManagerDifference:
             "second": self.second,
             "pairs": self.pairs,
             "score": self.score and self.score.to_json(),
-            "iou_net": self.iou_net and self.iou_net.to_json(),
+            "utility": self.utility and self.utility.to_json(),
             "a12": self.a12,
             "p_holm": self.p,
             "told": self.told,
@@ -71,17 +70,21 @@ class ManagerDifference:
 
 
 def differences(
-    systems: Mapping[str, Figures], gains: Figures, clusters: Mapping[Experiment, Cluster]
+    systems: Mapping[str, Figures],
+    gains: Figures,
+    clusters: Mapping[Experiment, Cluster],
+    pairs: Iterable[tuple[str, str]],
 ) -> tuple[ManagerDifference, ...]:
-    """Return what tells every two managing systems apart, in the order in which they are given.
+    """Return how managing systems differ, pair by pair.
 
     Args:
-        systems: IoU_net of their runs, by name.
+        systems: utility of their runs, by name.
         gains: what repairing can win, where that is enough for a score.
         clusters: what each run has in common with others.
+        pairs: the names of those that are compared.
     """
-    found = [_difference(*pair, systems, gains, clusters) for pair in combinations(systems, 2)]
-    p_values = [None if difference.iou_net is None else _p_value(difference.iou_net) for difference in found]
+    found = [_difference(*pair, systems, gains, clusters) for pair in pairs]
+    p_values = [None if difference.utility is None else _p_value(difference.utility) for difference in found]
     adjusted = iter(holm([p for p in p_values if p is not None]))
     return tuple(
         difference if p is None else replace(difference, p=next(adjusted))
@@ -131,8 +134,8 @@ def _difference(
     ours, theirs = systems[first], systems[second]
     leads = {key: ours[key] - theirs[key] for key in ours if key in theirs}
     scored = [key for key in leads if key in gains]
-    iou_net = estimate(list(leads.values()), [clusters[key] for key in leads])
-    told, needed = _told(iou_net.spread, iou_net.runs) if iou_net and iou_net.spread else (None, None)
+    utility = estimate(list(leads.values()), [clusters[key] for key in leads])
+    told, needed = _told(utility.spread, utility.runs) if utility and utility.spread else (None, None)
     return ManagerDifference(
         first=first,
         second=second,
@@ -142,7 +145,7 @@ def _difference(
         )
         if scored
         else None,
-        iou_net=iou_net,
+        utility=utility,
         a12=a12([ours[key] for key in leads], [theirs[key] for key in leads]) if leads else None,
         p=None,
         told=told,

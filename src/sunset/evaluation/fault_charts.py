@@ -1,58 +1,14 @@
-"""Figures of what became of the faults: how long cures take, and what was cured, masked or missed."""
+"""The figure of what became of the faults: cured, masked or missed."""
 
 from collections.abc import Sequence
 from typing import Final
 
 from sunset.evaluation.chart_runs import NO_RUN, Setup, uneven_notes
-from sunset.evaluation.charts import Chart, Curve, Curves, Shares
-from sunset.evaluation.treatments import ALL, TimeToCure, fates, times_to_cure, untold_note
+from sunset.evaluation.charts import Chart, Shares
+from sunset.evaluation.treatments import fates
 from sunset.metrics import FATES, FaultOutcome
 
 _NO_FAULT: Final = "There is no fault in any of the runs."
-
-
-def cures_chart(found: Sequence[Setup]) -> Chart:
-    """Return which share of the faults is not cured yet, by failure, over the time since their onset."""
-    panels, lines = [], []
-    for setup in found:
-        times = {
-            name: times_to_cure(outcomes, setup.duration_s) for name, outcomes in _outcomes(setup).items()
-        }
-        failures = sorted({failure for by_failure in times.values() for failure in by_failure} - {ALL})
-        for failure in (*failures, *[ALL] * (len(failures) > 1)):
-            known = {name: by_failure[failure] for name, by_failure in times.items() if failure in by_failure}
-            curves = {name: _curve(name, time) for name, time in known.items()}
-            panels.append(
-                Curves(
-                    title=setup.title("all failures" if failure == ALL else failure),
-                    label="time since the onset [s]",
-                    share_label="faults not cured yet",
-                    end=setup.duration_s,
-                    curves=tuple(curves.values()),
-                )
-            )
-            lines += [
-                (
-                    *(setup.label, failure, name, time.survival.number, time.survival.events),
-                    *(time.mean_s, time.horizon_s, *step),
-                )
-                for name, time in known.items()
-                for step in zip(curves[name].x, curves[name].shares, strict=True)
-            ]
-    return Chart(
-        name="cures",
-        title="Time to cure by failure",
-        meaning="Which share of the faults is not cured yet, by the estimate of Kaplan and Meier: one that heals by "
-        "itself, or is there when its run ends, counts until then. Below the axis are restricted means [s], in which "
-        "one that is not cured counts as the measured time. A curve below another one is better.",
-        panels=tuple(panels),
-        missing=_notes(found, has_panels=bool(panels)),
-        head=(
-            *("setup", "failure", "system", "faults", "cured", "restricted_mean_s", "horizon_s"),
-            *("time_s", "not_cured"),
-        ),
-        lines=tuple(lines),
-    )
 
 
 def fates_chart(found: Sequence[Setup]) -> Chart:
@@ -106,28 +62,11 @@ def fates_chart(found: Sequence[Setup]) -> Chart:
 def _outcomes(setup: Setup) -> dict[str, list[FaultOutcome]]:
     """Return what became of the faults of each managing system's runs, by suites and flights together."""
     return {
-        name: [outcome for run in runs for outcome in run.outcomes or ()]
-        for name, runs in setup.all_suites.items()
+        name: [outcome for run in runs for outcome in run.outcomes] for name, runs in setup.all_suites.items()
     }
-
-
-def _curve(name: str, time: TimeToCure) -> Curve:
-    """Return the steps of a curve, from the onset to the horizon."""
-    steps = zip(time.survival.times.tolist(), time.survival.shares.tolist(), strict=True)
-    inside = [(at, share) for at, share in steps if at < time.horizon_s]
-    x, shares = zip((0.0, 1.0), *inside, (time.horizon_s, inside[-1][1] if inside else 1.0), strict=True)
-    return Curve(system=name, x=x, shares=shares, mean=time.mean_s)
 
 
 def _notes(found: Sequence[Setup], *, has_panels: bool) -> tuple[str, ...]:
     if not any(setup.suites for setup in found):
         return (NO_RUN,)
-    untold = [
-        untold_note(name, sum(run.outcomes is None for run in runs), len(runs))
-        for setup in found
-        for name, runs in setup.all_suites.items()
-        if any(run.outcomes is None for run in runs)
-    ]
-    if has_panels:
-        return (*untold, *uneven_notes(found))
-    return tuple(untold) or (_NO_FAULT,)
+    return uneven_notes(found) if has_panels else (_NO_FAULT,)

@@ -10,8 +10,8 @@ from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import ScoreTable
 from sunset.evaluation.script_block import published_lines, script_blocks, script_notes
-from sunset.evaluation.summary import PUBLISHED_SOURCE, SystemRow
-from sunset.evaluation.treatments import fault_blocks, fault_notes, lines_of
+from sunset.evaluation.summary import PAPER_SUITES, PUBLISHED_SOURCE, SystemRow
+from sunset.evaluation.treatments import fault_blocks, lines_of
 from sunset.metrics import SCRIPT_FIGURES
 from sunset.system import DURATION_S
 from sunset.texts import counted, printable, shorten, tallied
@@ -76,21 +76,23 @@ _PUBLISHED_NOTE: Final = (
 )
 
 
-def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = ()) -> Report:
-    """Return the report of a table's rows, with the paper's beside those that it can be compared with.
+def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, every: bool = False) -> Report:
+    """Return the report of runs: the score and what stands beside it, then the paper's figures of its suites.
 
     Args:
         rows: those of the paper's table.
         scores: what it leads with.
+        every: whether every other figure follows.
     """
-    main = tuple((*_group(row, SCRIPT_FIGURES), *published_lines(row.published)) for row in rows)
-    more = tuple(_group(row, _MORE) for row in rows if not row.is_reference)
+    papers = [row for row in rows if every or row.suite in PAPER_SUITES]
+    main = tuple((*_group(row, SCRIPT_FIGURES), *published_lines(row.published)) for row in papers)
+    more = tuple(_group(row, _MORE) for row in rows if every and not row.is_reference)
     blocks = (
         *lead_blocks(scores),
         Block("The paper's figures", tuple(_COLUMNS[name] for name in SCRIPT_FIGURES), main, PAPER_LABEL),
-        *fault_blocks(rows),
+        *(fault_blocks(rows) if every else ()),
         Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more, "tab:sunset-more"),
-        *script_blocks(rows),
+        *(script_blocks(rows) if every else ()),
     )
     return Report(
         tuple(block for block in blocks if block.groups),
@@ -98,10 +100,9 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = ()) -> Rep
             *_provenance(rows),
             *lead_notes(scores),
             METHOD,
-            *fault_notes(rows),
-            *_comparability(rows),
+            *_comparability(papers),
             *_notes(rows),
-            *script_notes(rows),
+            *(script_notes(rows) if every else ()),
         ),
     )
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from sunset.evaluation.chart_runs import setups
 from sunset.evaluation.charts import Chart
 from sunset.evaluation.comparison_charts import costs_chart, differences_chart, profiles_chart, scores_chart
-from sunset.evaluation.fault_charts import cures_chart, fates_chart
+from sunset.evaluation.fault_charts import fates_chart
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import ScoreTable
 
@@ -18,5 +18,5 @@ def report_charts(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> tuple
         tables: their scores.
     """
     found = setups(runs, tables)
-    charts = (differences_chart, scores_chart, profiles_chart, cures_chart, fates_chart, costs_chart)
+    charts = (differences_chart, scores_chart, profiles_chart, fates_chart, costs_chart)
     return tuple(chart(found) for chart in charts)

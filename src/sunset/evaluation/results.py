@@ -13,13 +13,12 @@ from msgspec import UNSET, to_builtins
 
 from sunset.errors import RecordError
 from sunset.evaluation.resampling import Cluster
-from sunset.metrics import FaultOutcome, LogFigures, RunMetrics, log_figures, score
+from sunset.metrics import Evidence, FaultOutcome, LogFigures, RunMetrics, log_figures, score
 from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
     RunRecord,
     check_extensions,
-    check_figures,
     differences,
     measured_topics,
     published_log,
@@ -38,7 +37,7 @@ _SIMULATED: Final = "sim"
 _RESULTS: Final = frozenset(
     {
         *("versions", "manager_versions", "start_ns", "metrics", "fault_outcomes", "by_paper_script"),
-        *("valid", "reason", "digest"),
+        *("evidence", "valid", "reason", "digest"),
     }
 )
 """The fields of a record that do not determine its messages, or only through the version."""
@@ -105,7 +104,8 @@ class RunRow:
         suite_size: how many scenarios its suite has; 0 if that is not known.
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
-        outcomes: what became of its faults; None where a run is of a version that did not say so.
+        outcomes: what became of its faults.
+        evidence: what its managing system looked at.
         version: of the package that it was run with; empty if it is unknown.
         others: the versions of other packages, those that its managing system imported included, by name.
         recipe: a checksum of everything that determines its messages; empty if time or a failure does, too.
@@ -132,7 +132,8 @@ class RunRow:
     digest: str
     metrics: Mapping[str, float | None]
     flight: Flight
-    outcomes: tuple[FaultOutcome, ...] | None = None
+    outcomes: tuple[FaultOutcome, ...] = ()
+    evidence: Evidence = "symptoms"
     sources: str = ""
     faults: str = ""
     alike: str = ""
@@ -150,11 +151,6 @@ class RunRow:
     is_empty: bool = False
     differing: tuple[str, ...] = ()
     by_paper_script: LogFigures | None = None
-
-    @property
-    def is_untold(self) -> bool:
-        """Whether a version ran it that did not say what became of the faults, or what mistreating costs."""
-        return self.outcomes is None or self.metrics["adaptations_mistreated"] is None
 
     @property
     def cluster(self) -> Cluster:
@@ -307,6 +303,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         computer_kept_up=run.middleware == _SIMULATED or run.computer_kept_up is True,
         metrics=metrics,
         outcomes=outcomes,
+        evidence=run.evidence,
         by_paper_script=log,
         differing=differing,
         version=run.versions.get("sunset", ""),
@@ -337,14 +334,12 @@ def _recipe(run: RunRecord) -> str:
 
 def _figures(
     run: RunRecord, folder: Path, *, again: bool
-) -> tuple[Mapping[str, float | None], tuple[FaultOutcome, ...] | None, LogFigures | None, tuple[str, ...]]:
+) -> tuple[Mapping[str, float | None], tuple[FaultOutcome, ...], LogFigures | None, tuple[str, ...]]:
     """Return a run's figures, what became of its faults, what the paper's script takes, and what of it differs."""
     log = None if run.by_paper_script is UNSET else run.by_paper_script
     if not again:
-        outcomes = None if run.fault_outcomes is UNSET else run.fault_outcomes
         figures = stored_figures(run, folder / RUN_FILE)
-        check_figures(figures, run, folder / RUN_FILE)
-        return figures, outcomes, log, ()
+        return figures, run.fault_outcomes, log, ()
     computed, log_computed = _computed(run, folder)
     differing = (*differences(run, computed), *["by_paper_script"] * (log not in {None, log_computed}))
     return MappingProxyType(computed.to_json()), computed.outcomes, log_computed, differing

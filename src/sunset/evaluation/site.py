@@ -22,7 +22,7 @@ def index_page(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
     """
     tables = score_tables(runs)
     figures = charts_as_html(report_charts(runs, tables))
-    return as_html(arrange(summarise(runs), tables), _listing(runs, pages), figures)
+    return as_html(arrange(summarise(runs), tables, every=True), _listing(runs, pages), figures)
 
 
 def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:

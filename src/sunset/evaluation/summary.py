@@ -51,6 +51,8 @@ _REFERENCE_FIGURES: Final = (
     "miou",
     "frames_without_truth",
 )  # there is no managing system to judge
+PAPER_SUITES: Final = frozenset({"paper", "nofault", "degraded"})
+"""The suites of the paper's table."""
 _SUITES: Final = ("paper", "artifact", "nofault", "degraded")
 _SUITE_LABELS: Final = MappingProxyType(
     {"paper": "", "nofault": ", no faults", "degraded": ", F4 and F5", "": " (own scenarios)"}
@@ -80,7 +82,6 @@ class SystemRow:
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         by_paper_script: the figures of the paper's evaluation script; None if those of a valid run are not known.
         outcomes: what became of the faults of all valid runs; nothing of reference rows.
-        untold: how many of the valid runs do not say that.
     """
 
     system: str
@@ -105,7 +106,6 @@ class SystemRow:
     warning: str = ""
     by_paper_script: ScriptFigures | None = None
     outcomes: tuple[FaultOutcome, ...] = ()
-    untold: int = 0
     suite_size: int = 0
 
     @property
@@ -285,8 +285,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         contradicting=tuple(_contradicting(group)),
         several=_several(group),
         warning=first.warning,
-        outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes or ()),
-        untold=sum(run.is_untold and not is_reference for run in valid),
+        outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes),
         by_paper_script=_by_paper_script(valid),
     )
 

@@ -21,6 +21,7 @@ from sunset.interfaces.stamps import stamp_of
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing import ORACLE, Oracle
+from sunset.metrics import Evidence
 from sunset.names import base_name, ros_text
 from sunset.recording.logs import ROSOUT
 from sunset.rmw.core.port import EndpointKind, RequestId
@@ -106,6 +107,8 @@ class Observer(Tap):
         self._own_services = tuple(f"{node}/" for node in sorted(self._system.all_nodes))
         self._pending: dict[tuple[str, RequestId], Command] = {}
         """Requests that are not answered yet, also those of the experiment's own clients."""
+        self.evidence: Evidence = "symptoms"
+        """What the managing system looked at: images, if one of its nodes subscribed to them."""
         self.commands = 0
         """How many requests of the managing system reached the managed one."""
         self._violations: dict[str, None] = {}
@@ -147,6 +150,8 @@ class Observer(Tap):
             self.note(f"{node} subscribes to {name}, on which the managed system does not publish")
         if node in self._system.all_nodes:
             return
+        if subscribes and name in self._system.publishers:
+            self.evidence = "images"
         is_shown = node == _ORACLE_NODE and name in self._shown
         if subscribes and name in OFF_LIMITS_TOPICS and not is_shown:
             self.note(f"{node} subscribes to {name}, which carries the truth")

@@ -26,7 +26,7 @@ from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import Command, FaultInjection
 from sunset.isolation import Watch
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
-from sunset.metrics import RunMetrics, Timeline, log_figures, score
+from sunset.metrics import Evidence, RunMetrics, Timeline, log_figures, score
 from sunset.recording import (
     RecordedMessage,
     RecordWriter,
@@ -110,6 +110,7 @@ def run_prepared(
                 manager_checksum=outcome.manager_checksum,
                 manager_versions=outcome.manager_versions or UNSET,
                 manager_failed=outcome.failure or None,
+                evidence=outcome.evidence,
                 start_ns=outcome.start_ns,
                 metrics=figures.to_json(),
                 fault_outcomes=figures.outcomes,
@@ -182,6 +183,7 @@ class _Outcome:
             simulation it always can.
         failure: how the managing system has failed, in a sentence; empty if it has not.
         manager_versions: of the distributions that the managing system imported when it was loaded.
+        evidence: what the managing system looked at.
     """
 
     start_ns: int
@@ -190,6 +192,7 @@ class _Outcome:
     shortfall: Callable[[Timeline], tuple[str, int | UnsetType]] = lambda _: ("", UNSET)
     failure: str = ""
     manager_versions: Mapping[str, str] = field(default_factory=dict)
+    evidence: Evidence = "symptoms"
 
 
 def _run_simulated(
@@ -217,7 +220,12 @@ def _run_simulated(
             start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
             manager.end()
             writer.hand_over()
-            return {"start_ns": start_ns, "violations": observer.violations, "failure": failure}
+            return {
+                "start_ns": start_ns,
+                "violations": observer.violations,
+                "failure": failure,
+                "evidence": observer.evidence,
+            }
 
         found = manager.checksum()
         _check_same(spec.manager, found, known)
@@ -231,6 +239,7 @@ def _run_simulated(
         found,
         failure=str(told["failure"]),
         manager_versions=manager.imported_versions(),
+        evidence=told["evidence"],
     )
 
 
@@ -258,6 +267,7 @@ def _run_live(
         shortfall,
         failure,
         imported,
+        observer.evidence,
     )
 
 

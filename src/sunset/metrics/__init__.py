@@ -16,19 +16,20 @@ from sunset.metrics.published_log import (
     log_figures,
 )
 from sunset.metrics.published_rules import rule_rows
-from sunset.metrics.score import RunMetrics, net_iou, score
+from sunset.metrics.score import RunMetrics, score, utility_of
 from sunset.metrics.settings import Settings
 from sunset.metrics.timeline import (
     NUMBER_OF_CLASSES,
     Command,
     Diagnosis,
+    Evidence,
     Frames,
     Injection,
     Samples,
     Setting,
     Timeline,
 )
-from sunset.metrics.treatments import FATES, FaultOutcome, Treatments
+from sunset.metrics.treatments import FATES, FaultOutcome
 
 __all__ = [
     "FATES",
@@ -39,6 +40,7 @@ __all__ = [
     "Command",
     "Diagnosis",
     "Episode",
+    "Evidence",
     "ExecutedAdaptation",
     "FaultOutcome",
     "Frames",
@@ -54,7 +56,6 @@ __all__ = [
     "Spell",
     "StrategyStatus",
     "Timeline",
-    "Treatments",
     "accumulated_iou",
     "class_iou",
     "count_classes",
@@ -64,10 +65,10 @@ __all__ = [
     "failure_episodes",
     "image_iou",
     "log_figures",
-    "net_iou",
     "normalised_entropy",
     "rule_rows",
     "score",
     "silences",
     "unnecessary_redeploys",
+    "utility_of",
 ]

@@ -223,9 +223,14 @@ def figures_of(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     unknown = f"; {counted(without, 'frame')} without labels left out" if without else ""
     yield "segmentation IoU", shown(score.iou), f"{shown(score.iou_all)} if a lost frame counts as 0{unknown}"
     masked_s = score.masked_s if score.outcomes else 0.0
-    treated = f"masked for {shown(masked_s, ' s')}; {counted(len(score.mistreating), 'adaptation')}"
     cured = f"{score.faults_cured or 0} of {len(score.outcomes)}"
-    yield "faults cured", cured, f"{treated} treated no fault"
+    yield (
+        "faults cured",
+        cured,
+        f"uncured for {shown(score.uncured_s, ' s')}; masked for {shown(masked_s, ' s')}",
+    )
+    price = f"{counted(score.needless, 'needless adaptation')}; all cost {score.cost_frames:g} frames"
+    yield "utility", shown(score.utility), price
     if score.diagnosis_recall is not None:
         found = f"recall {shown(score.diagnosis_recall)}, right after {shown(score.t_diagnosis_s, ' s')}"
         yield "diagnosis precision", shown(score.diagnosis_precision), found

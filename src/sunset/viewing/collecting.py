@@ -124,7 +124,7 @@ def _faults(run: StoredRun) -> list[FaultView]:
                 failure=injections[0].failure,
                 node=short_name(injections[0].node),
                 spans=spans,
-                around=sorted(stretch for span in spans for stretch in settings.around(name, *span)),
+                around=sorted(stretch for span in spans for stretch in settings.in_place(name, *span)),
             )
         )
     return views

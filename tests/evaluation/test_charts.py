@@ -79,7 +79,7 @@ def test_differences_are_of_pairs_the_better_first(ladder: dict[str, Chart]) -> 
         "baseline",
         "3",
     )
-    assert float(first["iou_net_difference"]) == pytest.approx(0.2)
+    assert float(first["utility_difference"]) == pytest.approx(0.2)
     assert float(first["score_difference"]) == pytest.approx(0.5)
 
 
@@ -105,7 +105,7 @@ def test_scores_are_by_suite_and_of_several_flights_by_flight(ladder: dict[str, 
 
 def test_a_suite_with_little_to_repair_has_no_panel_of_scores() -> None:
     found = [one for name in ("none", "baseline", "oracle") for one in runs(name, suite="calm")]
-    nothing = [replace(one, metrics={**one.metrics, "iou_net": 0.2}) for one in found]
+    nothing = [replace(one, metrics={**one.metrics, "utility": 0.2}) for one in found]
     little = [replace(one, scenario="calm/y") for one in found if one.seed == 1]
     scores = charts([*nothing, *little, *runs("none"), *runs("baseline"), *runs("oracle")])["scores"]
     assert [panel.title for panel in scores.panels] == ["artifact"]

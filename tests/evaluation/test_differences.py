@@ -62,10 +62,10 @@ def test_differences_are_of_the_runs_that_both_have() -> None:
     gains = dict.fromkeys(keys, 0.5)
     (one,) = differences({"better": extra, "worse": worse}, gains, clusters)
     assert (one.first, one.second, one.pairs) == ("better", "worse", 27)
-    assert one.iou_net is not None
+    assert one.utility is not None
     assert one.score is not None
-    assert one.iou_net.mean == pytest.approx(0.1 + noise.mean())
-    assert one.score.mean == pytest.approx(2 * one.iou_net.mean)
+    assert one.utility.mean == pytest.approx(0.1 + noise.mean())
+    assert one.score.mean == pytest.approx(2 * one.utility.mean)
     assert one.a12 == 1
     assert one.p is not None
     assert one.p < 0.001
@@ -86,7 +86,7 @@ def test_p_values_are_adjusted_over_all_pairs() -> None:
     }
     found = differences(systems, {}, clusters)
     raw = [
-        one.iou_net.spread.p_value(one.iou_net.mean) for one in found if one.iou_net and one.iou_net.spread
+        one.utility.spread.p_value(one.utility.mean) for one in found if one.utility and one.utility.spread
     ]
     assert [one.p for one in found] == holm(raw)
     assert np.all([one.score is None for one in found])
@@ -98,8 +98,8 @@ def test_two_seeds_tell_a_mean_but_no_p_and_no_number_of_runs() -> None:
     }
     first, second = dict.fromkeys(clusters, 0.4), dict.fromkeys(clusters, 0.3)
     (one,) = differences({"first": first, "second": second}, {}, clusters)
-    assert one.iou_net is not None
-    assert one.iou_net.low is None
+    assert one.utility is not None
+    assert one.utility.low is None
     assert (one.p, one.told, one.runs_needed) == (None, None, None)
 
 
@@ -107,4 +107,4 @@ def test_systems_without_a_common_run_have_no_difference() -> None:
     clusters: dict[Experiment, Cluster] = {(place, 1): Cluster(place, "flight", 1) for place in range(2)}
     systems: dict[str, dict[Experiment, float]] = {"first": {(0, 1): 0.4}, "second": {(1, 1): 0.3}}
     (one,) = differences(systems, {}, clusters)
-    assert (one.pairs, one.iou_net, one.a12, one.p) == (0, None, None, None)
+    assert (one.pairs, one.utility, one.a12, one.p) == (0, None, None, None)

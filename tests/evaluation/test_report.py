@@ -47,9 +47,12 @@ def run(
         "t_down_s": 6.0,
         "episodes": 4,
         "episodes_unresolved": 1,
-        "adaptations_mistreated": 0,
+        "needless": 0,
+        "cost_frames": 0,
+        "uncured_s": None,
+        "iou_healthy": 0.5,
     } | metrics
-    figures["iou_net"] = metrics.get("iou_net", figures["iou_all"])
+    figures["utility"] = metrics.get("utility", figures["iou_all"])
     return RunRow(
         folder=Path("run"),
         scenario=scenario,

@@ -70,9 +70,9 @@ def test_runs_without_both_references_are_counted_beside_the_score() -> None:
     assert any("2 of 12 runs without a score" in note for note in lead_notes(score_tables(runs)))
 
 
-@pytest.mark.parametrize(("iou_net", "counted"), [(9.0, 0.2), (0.2 + 0.1, 0.2), (0.125, 0.125), (None, 0.2)])
+@pytest.mark.parametrize(("utility", "counted"), [(9.0, 0.2), (0.2 + 0.1, 0.2), (0.125, 0.125), (None, 0.2)])
 def test_an_invalid_run_counts_as_never_repairing_or_as_it_was_if_that_is_worse(
-    iou_net: float | None, counted: float
+    utility: float | None, counted: float
 ) -> None:
     whole = campaign(half=0.5)
     place = next(
@@ -80,9 +80,9 @@ def test_an_invalid_run_counts_as_never_repairing_or_as_it_was_if_that_is_worse(
     )
     broken, honest = list(whole), list(whole)
     broken[place] = replace(
-        whole[place], valid=False, reason="broken", metrics={**whole[place].metrics, "iou_net": iou_net}
+        whole[place], valid=False, reason="broken", metrics={**whole[place].metrics, "utility": utility}
     )
-    honest[place] = replace(whole[place], metrics={**whole[place].metrics, "iou_net": counted})
+    honest[place] = replace(whole[place], metrics={**whole[place].metrics, "utility": counted})
 
     found, expected = (only(score_tables(runs)) for runs in (broken, honest))
 
@@ -106,7 +106,7 @@ def test_no_managing_system_is_ranked_by_the_runs_that_it_lets_count() -> None:
 def test_whether_there_is_something_to_repair_does_not_depend_on_the_seed() -> None:
     gains = {1: 0.021, 2: 0.018, 3: 0.018}
     runs = [
-        replace(one, metrics={**one.metrics, "iou_net": 0.2 + gains[one.seed]})
+        replace(one, metrics={**one.metrics, "utility": 0.2 + gains[one.seed]})
         if (one.manager, one.alike) == ("oracle", NOTHING_TO_REPAIR)
         else one
         for one in campaign(half=0.5)
@@ -121,7 +121,7 @@ def test_where_there_is_mostly_nothing_to_repair_harm_ranks() -> None:
     calm = [one for one in campaign(lucky=1.0, harmless=0.0) if one.alike in {NOTHING_TO_REPAIR, "a"}]
     calm = [one for one in calm if one.alike != "a" or one.seed == 1]
     kept = [
-        replace(one, metrics={**one.metrics, "iou_net": 0.2})
+        replace(one, metrics={**one.metrics, "utility": 0.2})
         if (one.manager, one.alike) == ("harmless", NOTHING_TO_REPAIR)
         else one
         for one in calm
@@ -182,7 +182,7 @@ def test_unlike_runs_of_one_experiment_count_by_their_mean_whichever_comes_last(
     better = replace(
         next(one for one in whole if (one.manager, one.alike, one.seed) == ("half", "a", 1)), digest="another"
     )
-    better = replace(better, metrics={**better.metrics, "iou_net": 0.3})
+    better = replace(better, metrics={**better.metrics, "utility": 0.3})
     scores = [
         next(row.score for row in only(score_tables(runs)).rows if row.manager == "half")
         for runs in ([*whole, better], [better, *whole])
@@ -199,7 +199,7 @@ def test_without_the_references_there_are_differences_but_no_score() -> None:
     assert [row.manager for row in table.rows] == ["most", "half"]
     (one,) = table.neighbours
     assert one.score is None
-    assert one.iou_net is not None
+    assert one.utility is not None
     assert lead_notes([table])[0] == NO_SCORE
 
 

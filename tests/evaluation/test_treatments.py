@@ -134,7 +134,7 @@ def test_an_outcome_that_cannot_be_is_refused(
 @pytest.mark.parametrize(
     ("edited", "words"),
     [
-        ({"iou_net": 0.99}, "iou_net is 0.99, and by iou_all and adaptations_mistreated it is "),
+        ({"utility": 0.99}, "utility is 0.99, and by iou_all and adaptations_mistreated it is "),
         ({"faults_cured": 7}, "faults_cured is 7, and faults_injected is 1"),
         ({"episodes_resolved": 90}, "episodes_resolved is 90, and episodes is "),
         ({"t_down_s": 20.5}, "t_down_s is 20.5, and duration_s is 20"),

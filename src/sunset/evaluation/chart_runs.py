@@ -68,7 +68,6 @@ def setups(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[Setup]:
     """
     names = manager_names({run.manager for run in runs})
     groups = named_groups(runs, by_flight=False)
-    rows = {name: group[0] for name, group in groups}
     found: dict[tuple[str, ...], dict[str, dict[str, list[RunRow]]]] = {}
     for run in (run for _, group in groups for run in group if run.valid):
         suites = found.setdefault(_key(run), {})
@@ -86,9 +85,9 @@ def setups(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[Setup]:
                 if differs or usual not in {"", text}
             ),
             duration_s=durations[key],
-            tables=tuple(table for table in tables if _key(rows[table.rows[0].system]) == key),
+            tables=tuple(table for table in tables if _key(table.example) == key),
             scored={name: scored[key][name] for name in in_order(scored[key])},
-            managers={name: names[run.manager] for name, run in rows.items()},
+            managers={row.system: names[row.manager] for table in tables for row in table.rows},
             suites={
                 suite: {name: systems[name] for name in in_order(systems)}
                 for suite, systems in suites.items()

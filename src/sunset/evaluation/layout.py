@@ -101,7 +101,7 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
             *lead_notes(scores),
             METHOD,
             *_comparability(papers),
-            *_notes(rows),
+            *_notes(rows, shown=papers),
             *(script_notes(rows) if every else ()),
         ),
     )
@@ -170,15 +170,15 @@ def _comparability(rows: Sequence[SystemRow]) -> list[str]:
     return notes
 
 
-def _notes(rows: Sequence[SystemRow]) -> list[str]:
-    """Say what a reader would otherwise take for granted: runs that are missing from a figure."""
+def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str]:
+    """Say what a reader would otherwise take for granted: runs that are missing from a figure that is shown."""
     notes = []
     if any(found and found.lacks_interval for row in rows for found in row.estimates.values()):
         notes.append(NO_INTERVAL)
     for row in rows:
         for name, (figure, reason) in _LACKING.items():
             found = row.estimates[name]
-            if found is not None and found.runs < row.runs:
+            if row in shown and found is not None and found.runs < row.runs:
                 notes.append(
                     f"{row.system}: {figure} is of {found.runs} of {row.runs} runs; in the others {reason}."
                 )

@@ -15,7 +15,7 @@ from sunset.evaluation.scores import (
     ScoreRow,
     ScoreTable,
 )
-from sunset.texts import counted
+from sunset.texts import counted, listed
 
 _SCORE_COLUMNS: Final = (
     Column("evidence", "evidence", "what the managing system looked at"),
@@ -50,21 +50,17 @@ def lead_blocks(tables: Sequence[ScoreTable]) -> tuple[Block, ...]:
     """Return the tables that a report leads with."""
     has_harm = any(row.harm for table in tables for row in table.rows)
     columns = (*_SCORE_COLUMNS[:2], *[_HARM] * has_harm, *_SCORE_COLUMNS[2:])
-    scores = tuple(
-        tuple(line for row in table.rows for line in _score_lines(row, has_harm=has_harm)) for table in tables
-    )
-    differences = tuple(
-        tuple(line for one in table.neighbours for line in _difference_lines(one)) for table in tables
-    )
-    return (
-        Block("The score", columns, scores, "tab:sunset-score"),
-        Block(
-            "Differences between neighbours",
-            _DIFFERENCE_COLUMNS,
-            tuple(filter(None, differences)),
-            "tab:sunset-differences",
-        ),
-    )
+    blocks = []
+    for table in tables:
+        suite = f": {table.suite}" if table.suite else ""
+        label = f"-{table.suite}" if table.suite else ""
+        rows = tuple(line for row in table.rows for line in _score_lines(row, has_harm=has_harm))
+        pairs = tuple(line for one in table.neighbours for line in _difference_lines(one))
+        blocks.append(Block(f"The score{suite}", columns, (rows,), f"tab:sunset-score{label}"))
+        if pairs:
+            title = f"Differences between neighbours{suite}"
+            blocks.append(Block(title, _DIFFERENCE_COLUMNS, (pairs,), f"tab:sunset-differences{label}"))
+    return tuple(blocks)
 
 
 def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
@@ -90,21 +86,14 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
 
 
 def _price_note(table: ScoreTable) -> str:
-    """Return the order of a table's rows at all multiples of the prices."""
-    orders = [tuple(name for name in table.orders.get(one, ()) if name) for one in PRICE_MULTIPLES]
-    suite = f" in {table.suite}" if table.suite else ""
-    multiples = ", ".join(f"{one:g}" for one in PRICE_MULTIPLES)
-    usual = table.orders.get(1.0, ())
-    others = [
-        f"at {one:g} times {' > '.join(order)}"
-        for one, order in zip(PRICE_MULTIPLES, orders, strict=True)
-        if order != usual
-    ]
-    return (
-        f"Order{suite} at {multiples} times the prices: {' > '.join(usual)}"
-        + "".join(f"; {one}" for one in others)
-        + "."
+    """Return the order of a table's rows at all multiples of the prices, each order once."""
+    found: dict[tuple[str, ...], list[str]] = {}
+    for multiple in PRICE_MULTIPLES:
+        found.setdefault(table.orders.get(multiple, ()), []).append(f"{multiple:g}")
+    orders = "; ".join(
+        f"at {listed(multiples)} times the prices {' > '.join(order)}" for order, multiples in found.items()
     )
+    return f"Order{f' in {table.suite}' if table.suite else ''}: {orders}."
 
 
 def _score_lines(row: ScoreRow, *, has_harm: bool) -> tuple[Line, ...]:
@@ -113,10 +102,9 @@ def _score_lines(row: ScoreRow, *, has_harm: bool) -> tuple[Line, ...]:
     found = [score, *[row.harm] * has_harm, *(row.estimates[name] for name in FIRST_FIGURES)]
     cells = [_mean(row.score), *map(_mean, found[1:])]
     cured = f"{row.cured}/{row.faults} ({row.cured / row.faults:.0%})" if row.faults else None
-    label = f"{row.system} (reference)" if row.is_reference else row.system
-    evidence = "the faults" if row.manager == "oracle" else row.evidence
+    evidence = {"none": "nothing", "oracle": "the faults"}.get(row.manager, row.evidence)
     lost = str(row.invalid + row.missing)
-    line = Line(LineKind.OURS, label, str(row.runs), (evidence, *cells, cured, lost))
+    line = Line(LineKind.OURS, row.system, str(row.runs), (evidence, *cells, cured, lost))
     return (line, *_intervals(["", *map(interval_cell, found), "", ""]))
 
 

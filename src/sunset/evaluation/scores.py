@@ -102,12 +102,14 @@ class ScoreTable:
 
     Attributes:
         suite: empty for scenarios of one's own.
+        example: one of the runs, which have all but managing system, scenario, flight and seed in common.
         rows: by score; by harm, where there is nothing to repair in most runs; else by the mean utility.
         differences: between every two that looked at the same, the better first.
         orders: multiple of the prices → the rows' names by the score at these prices; empty without scores.
     """
 
     suite: str
+    example: RunRow
     rows: tuple[ScoreRow, ...]
     differences: tuple[ManagerDifference, ...]
     orders: Mapping[float, tuple[str, ...]]
@@ -158,7 +160,7 @@ def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
     those on different flights are, since a score is of pairs.
     """
     tables: dict[tuple[object, ...], dict[str, list[RunRow]]] = {}
-    for name, group in named_groups(runs, by_flight=False):
+    for name, group in named_groups(runs, by_flight=False, name_suite=False):
         first = group[0]
         flight = replace(first.flight, bag="", name="")
         key = (first.suite, first.model, flight, first.thinking_s, first.middleware, first.version)
@@ -212,8 +214,10 @@ def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
             )
         )
     rows.sort(key=lambda row: _rank(row, figures[row.system]))
+    example = next(iter(systems.values()))[0]
     return ScoreTable(
-        suite=next(iter(systems.values()))[0].suite,
+        suite=example.suite,
+        example=example,
         rows=tuple(rows),
         differences=differences(
             {row.system: figures[row.system] for row in rows},

@@ -171,12 +171,15 @@ def _limits(name: str) -> tuple[float, float]:
     return (-inf if number.ge is None else number.ge, inf if number.le is None else number.le)
 
 
-def named_groups(rows: Iterable[RunRow], *, by_flight: bool = True) -> list[tuple[str, list[RunRow]]]:
+def named_groups(
+    rows: Iterable[RunRow], *, by_flight: bool = True, name_suite: bool = True
+) -> list[tuple[str, list[RunRow]]]:
     """Return the runs that `summarise` puts into one row, with the row's name.
 
     Args:
         rows: the runs.
         by_flight: whether those on different flights are apart; those of different durations always are.
+        name_suite: whether the name says which suite was run.
     """
     runs = list(rows)
     groups: dict[tuple[str, str, str, Flight, float, str, str], list[RunRow]] = {}
@@ -192,7 +195,7 @@ def named_groups(rows: Iterable[RunRow], *, by_flight: bool = True) -> list[tupl
     return [
         (
             names[manager]
-            + _SUITE_LABELS.get(suite, f" ({suite})")
+            + (_SUITE_LABELS.get(suite, f" ({suite})") if name_suite else "")
             + (f" [{model}]" if several_models else "")
             + part_label(group)
             + flight.label(bag=several_bags)

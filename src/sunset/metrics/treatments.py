@@ -98,7 +98,9 @@ def fault_outcomes(
         in_place = settings.in_place(fault.fault, fault.time, until)
         lasting = [start for start, stop in in_place if stop - start >= SILENCE_S]
         ended = fault.ended if fault.cause else fault.cured_away
-        ends = [] if ended is None or ended > timeline.duration_s else [ended]
+        # a process may also end by itself
+        is_treated = any(_treats(part, fault) for call in executed for part in call.parts)
+        ends = [ended] if ended is not None and ended <= timeline.duration_s and is_treated else []
         hidden = _hidden(timeline, fault, until, episodes, executed)
         for start, stop in in_place:
             hidden &= (timeline.frames.times < start) | (timeline.frames.times >= stop)
@@ -129,24 +131,21 @@ def needless_adaptations(
     adaptation has cured it while it was away.
     """
     return tuple(
-        part
-        for call in executed
-        for part in call.parts
-        if not any(_is_there(fault, part) and _is_step(part, fault.fault) for fault in faults)
+        part for call in executed for part in call.parts if not any(_treats(part, fault) for fault in faults)
     )
 
 
-def _is_there(fault: Injection, adaptation: ExecutedAdaptation) -> bool:
-    return any(
+def _treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
+    """Return whether an adaptation performs a step, or a part of one, of a cure of a fault that is there."""
+    described = current_system().faults.get(fault.fault)  # that of a record may be of another version
+    if described is None:
+        return False
+    is_there = any(
         fault.time <= moment and (fault.over is None or moment < fault.over) for moment in adaptation.moments
     )
-
-
-def _is_step(adaptation: ExecutedAdaptation, fault: str) -> bool:
-    """Return whether an adaptation performs a step, or a part of one, of a cure of a fault."""
-    described = current_system().faults.get(fault)  # that of a record may be of another version
-    steps = [step for cure in described.cures for step in cure] if described else []
-    return any(_performs(adaptation, step, described) for step in steps if described)
+    return is_there and any(
+        _performs(adaptation, step, described) for cure in described.cures for step in cure
+    )
 
 
 def _performs(adaptation: ExecutedAdaptation, step: Adaptation, fault: Fault) -> bool:

@@ -1,5 +1,5 @@
 from fractions import Fraction
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 import pytest
@@ -60,7 +60,7 @@ def test_differences_are_of_the_runs_that_both_have() -> None:
     better = {key: 0.1 + 2 * value for key, value in worse.items()}
     extra = {**better, ("alone", 1): 9.0}
     gains = dict.fromkeys(keys, 0.5)
-    (one,) = differences({"better": extra, "worse": worse}, gains, clusters)
+    (one,) = differences({"better": extra, "worse": worse}, gains, clusters, [("better", "worse")])
     assert (one.first, one.second, one.pairs) == ("better", "worse", 27)
     assert one.utility is not None
     assert one.score is not None
@@ -84,7 +84,7 @@ def test_p_values_are_adjusted_over_all_pairs() -> None:
         name: dict(zip(clusters, random.normal(mean, 0.1, len(clusters)).tolist(), strict=True))
         for name, mean in (("a", 0.05), ("b", 0.03), ("c", 0.0))
     }
-    found = differences(systems, {}, clusters)
+    found = differences(systems, {}, clusters, combinations(systems, 2))
     raw = [
         one.utility.spread.p_value(one.utility.mean) for one in found if one.utility and one.utility.spread
     ]
@@ -97,7 +97,7 @@ def test_two_seeds_tell_a_mean_but_no_p_and_no_number_of_runs() -> None:
         (a, s): Cluster(a, "flight", s) for a in range(9) for s in range(2)
     }
     first, second = dict.fromkeys(clusters, 0.4), dict.fromkeys(clusters, 0.3)
-    (one,) = differences({"first": first, "second": second}, {}, clusters)
+    (one,) = differences({"first": first, "second": second}, {}, clusters, [("first", "second")])
     assert one.utility is not None
     assert one.utility.low is None
     assert (one.p, one.told, one.runs_needed) == (None, None, None)
@@ -106,5 +106,5 @@ def test_two_seeds_tell_a_mean_but_no_p_and_no_number_of_runs() -> None:
 def test_systems_without_a_common_run_have_no_difference() -> None:
     clusters: dict[Experiment, Cluster] = {(place, 1): Cluster(place, "flight", 1) for place in range(2)}
     systems: dict[str, dict[Experiment, float]] = {"first": {(0, 1): 0.4}, "second": {(1, 1): 0.3}}
-    (one,) = differences(systems, {}, clusters)
+    (one,) = differences(systems, {}, clusters, [("first", "second")])
     assert (one.pairs, one.utility, one.a12, one.p) == (0, None, None, None)

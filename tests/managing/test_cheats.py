@@ -42,9 +42,9 @@ def test_every_cheat_scores_under_the_baseline_and_is_seen_through(tmp_path: Pat
     for name in sorted(
         {*names} - {"DepthWhenUnsure", "SilenceWhenUnsure", "OnlyTheCamera", "NameEveryFault"}
     ):
-        mistreated = found[name].estimates["adaptations_mistreated"]
-        assert mistreated is not None, name
-        assert mistreated.mean >= 1.0, name
+        needless = found[name].estimates["needless"]
+        assert needless is not None, name
+        assert needless.mean >= 1.0, name
     precision = found["NameEveryFault"].estimates["diagnosis_precision"]
     assert precision is not None
     assert precision.mean < 0.2

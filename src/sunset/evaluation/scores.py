@@ -125,8 +125,10 @@ class ScoreTable:
         pairs = set()
         for place, row in enumerate(self.rows):
             following = [other for other in self.rows[place + 1 :] if row.is_comparable(other)]
-            for evidence in {other.evidence for other in following}:
-                pairs.add((row.system, next(one.system for one in following if one.evidence == evidence)))
+            pairs |= {(row.system, other.system) for other in following[:1]}
+            if row.is_reference:  # it is the neighbour of both kinds
+                others = [other for other in following if other.evidence != following[0].evidence]
+                pairs |= {(row.system, other.system) for other in others[:1]}
         return tuple(found for found in self.differences if (found.first, found.second) in pairs)
 
     def to_json(self) -> dict[str, object]:

@@ -18,7 +18,7 @@ from sunset.metrics import Evidence, FaultOutcome, LogFigures, RunMetrics
 from sunset.metrics.limits import MOST, Amount, Count, Positive, Share
 from sunset.schemas import convert, fields_of, read_json
 
-RECORD_VERSION: Final = 2
+RECORD_VERSION: Final = 1
 """The version of the layout of records."""
 PLAN_VERSION: Final = 1
 """The version of the layout of campaigns' folders; the first one did not say which it is."""

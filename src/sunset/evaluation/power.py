@@ -18,7 +18,7 @@ _Array = npt.NDArray[np.float64]
 _Factors = tuple[int, ...]
 
 DIFFERENCE: Final = 0.02
-"""The difference in IoU_net that reports and plans speak of."""
+"""The difference in utility that reports and plans speak of."""
 
 POWER: Final = 0.8
 """How surely they say that it is told."""
@@ -93,7 +93,7 @@ VARIANCES: Final[Mapping[str, Variances]] = MappingProxyType(
         for pair, deviations in _DEVIATIONS.items()
     }
 )
-"""Two managing systems → what makes their difference in IoU_net vary, as `scripts/measure_variances` prints it: on the
+"""Two managing systems → what makes their difference in utility vary, as `scripts/measure_variances` prints it: on the
 panel, with three seeds, and the scenarios of the suite paper with a camera driver issue or a memory leakage, which are
 two for each pair of degradations."""
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
+from hypothesis import settings
 
 from sunset.data import cache_folder, default_flight
 from sunset.interfaces import Message
@@ -29,6 +30,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell does for wha
 
 for name in ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "COLUMNS", "LINES"):
     os.environ.pop(name, None)  # who runs the tests may have set how rich draws
+
+settings.register_profile("untimed", deadline=None)  # a busy computer is no failure
+settings.load_profile("untimed")
 
 LARGE = tuple(
     Path(__file__).parent / name for name in ("bundling", "cli/test_models.py", "data", "training", "viewing")

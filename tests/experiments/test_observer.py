@@ -226,6 +226,30 @@ def test_what_the_experiment_asked_for_is_no_evidence_of_a_command(
     assert observer.commands == 1
 
 
+@pytest.mark.parametrize(
+    ("node", "kind", "topic", "evidence"),
+    [
+        (MANAGER, EndpointKind.SUBSCRIPTION, "/managed_subsystem/rgb_camera", "images"),
+        (MANAGER, EndpointKind.SUBSCRIPTION, "/managed_subsystem/sensors_fused", "images"),
+        (MANAGER, EndpointKind.SUBSCRIPTION, "/blackboard_group", "symptoms"),
+        (MANAGER, EndpointKind.PUBLISHER, "/managed_subsystem/rgb_camera", "symptoms"),
+        (
+            "/managed_subsystem/sensor_fusion",
+            EndpointKind.SUBSCRIPTION,
+            "/managed_subsystem/rgb_camera",
+            "symptoms",
+        ),
+        ("/rviz", EndpointKind.SUBSCRIPTION, "/managed_subsystem/rgb_camera", "symptoms"),
+    ],
+)
+def test_what_a_managing_system_subscribed_to_is_its_evidence(
+    node: str, kind: EndpointKind, topic: str, evidence: str, sink: Sink
+) -> None:
+    observer = Observer(sink, viewers=("/rviz",))
+    observer.on_endpoint(node, kind, topic)
+    assert observer.evidence == evidence
+
+
 def test_an_answer_has_more_weight_than_a_transition(sink: Sink) -> None:
     observer = Observer(sink)
     observer.on_request(2, "/service", MANAGER, CAMERA, change("activate"), NUMBER)

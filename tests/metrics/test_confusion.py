@@ -106,7 +106,7 @@ def test_accumulated_iou_of_no_images_is_none() -> None:
     arrays(np.uint8, (4, 5), elements=st.sampled_from([0, 1, 2, 27, 28, 255])),
     arrays(np.uint8, (4, 5), elements=st.sampled_from([0, 1, 2, 27, 28, 255])),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_agrees_with_sets_of_pixels(prediction: Labels, truth: Labels) -> None:
     expected = iou_by_sets(prediction, truth)
     assert image_iou(count_classes(prediction, truth)) == pytest.approx(expected, nan_ok=True)

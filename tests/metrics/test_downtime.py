@@ -75,7 +75,7 @@ def test_one_message_in_the_run_leaves_it_all_down() -> None:
 
 
 @given(st.lists(st.floats(-3, 22), max_size=40))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_is_within_the_run_and_more_messages_never_make_it_longer(times: list[float]) -> None:
     ordered = sorted(times)
     assert 0 <= down(ordered[1:]) <= 20

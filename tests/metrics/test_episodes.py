@@ -166,7 +166,7 @@ def test_no_samples_are_no_symptom() -> None:
 
 
 @given(st.lists(st.floats(0, 1), max_size=60), st.floats(0.1, 0.9))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_spells_are_where_the_moving_mean_is_over(values: list[float], threshold: float) -> None:
     times = np.arange(len(values), dtype=np.float64) / 10
     spells = excesses(Samples(times, np.array(values)), OVER, threshold, duration_s=20.0)

@@ -16,7 +16,7 @@ def compare(prediction: npt.NDArray[np.uint8], carla_ids: npt.NDArray[np.uint8])
     return count_classes(prediction, CLASS_OF_CARLA_ID[carla_ids])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 10_000))
 def test_counts_are_those_of_a_loop_over_pixels(seed: int) -> None:
     rng = generator(seed, "test")

@@ -104,7 +104,7 @@ def test_what_waited_when_time_was_set_back_is_forgotten() -> None:
     assert feed(*before, ("r", 0), ("l", 0), ("r", 9 * second)) == [(8 * second, 8 * second), (0, 0)]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.lists(st.tuples(st.sampled_from("lr"), st.integers(0, 60)), max_size=40))
 def test_pairs_are_close_unique_and_ever_newer(arrivals: list[tuple[str, int]]) -> None:
     pairs = feed(*arrivals)
@@ -116,7 +116,7 @@ def test_pairs_are_close_unique_and_ever_newer(arrivals: list[tuple[str, int]]) 
     assert set(rights) <= {stamp for side, stamp in arrivals if side == "r"}
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.lists(st.integers(0, 9), min_size=1, max_size=20))
 def test_two_complete_streams_in_order_lose_nothing(gaps: list[int]) -> None:
     stamps = [sum(gaps[: index + 1]) + 30 * index for index in range(len(gaps))]

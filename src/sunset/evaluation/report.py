@@ -27,7 +27,7 @@ FORMATS: Final = ("table", "latex", "csv", "json", "html")
 
 _LEAD_COLUMNS: Final = (
     *(f"{name}_{part}" for name in ("score", "harm") for part in _PARTS),
-    *("runs_unpaired", "is_reference", "other", "a12", "p_holm", "told", "runs_needed"),
+    *("runs_unpaired", "is_reference", "other", "pairs_won", "p_holm", "detectable", "runs_needed"),
 )
 """Columns of the lines that scores and differences have in CSV, beside those of the table."""
 
@@ -223,9 +223,9 @@ def _lead_lines(table: ScoreTable) -> Iterator[dict[str, object]]:
             "runs": difference.pairs,
             **_cells("score", difference.score),
             **_cells("iou_net", difference.iou_net),
-            "a12": difference.a12,
+            "pairs_won": difference.pairs_won,
             "p_holm": difference.p,
-            "told": difference.told,
+            "detectable": difference.detectable,
             "runs_needed": difference.runs_needed,
         }
 

@@ -10,8 +10,8 @@ from sunset.evaluation.intervals import LEAST_LEVELS, Cluster, Spread, spread
 
 METHOD: Final = (
     "Mean ± sample standard deviation over runs. The 95 % confidence interval of the mean is that of crossed random "
-    "effects (Searle, Casella and McCulloch 1992) with degrees of freedom after Satterthwaite (1946): runs with the same "
-    "degradations, on the same flight, and of the same seed are alike; without degradations, those with the same "
+    "effects (Searle, Casella and McCulloch 1992) with degrees of freedom after Satterthwaite (1946): runs with the "
+    "same degradations, on the same flight, and of the same seed are alike; without degradations, those with the same "
     f"failures. It speaks of other degradations (failures) and flights where at least {LEAST_LEVELS} were run, and "
     "otherwise of these only. Outages beside a degradation scatter in ±, and not in the interval."
 )

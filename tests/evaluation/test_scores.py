@@ -107,7 +107,7 @@ def test_managing_systems_are_compared_with_those_that_looked_at_the_same() -> N
 
 def test_the_order_is_given_at_multiples_of_the_prices() -> None:
     runs = [
-        replace(one, metrics={**one.metrics, "iou_all": one.metrics["utility"] + 0.06})
+        replace(one, metrics={**one.metrics, "iou_all": (one.metrics["utility"] or 0.0) + 0.06})
         if one.manager == "dear"
         else one
         for one in campaign(dear=0.5, cheap=0.6)

@@ -6,13 +6,13 @@ from sunset.evaluation.chart_files import WrittenFigures, write_figures
 from sunset.evaluation.differences import ManagerDifference
 from sunset.evaluation.estimates import METHOD, Estimate, estimate
 from sunset.evaluation.figures import entropy_figure
+from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.log_files import LOG_COLUMNS, WrittenLogs, write_logs
 from sunset.evaluation.outage_figure import outage_figure
 from sunset.evaluation.paired import Difference, PairedComparison, compare_managers
 from sunset.evaluation.published_logs import find_logs
 from sunset.evaluation.published_report import render_logs
 from sunset.evaluation.report import FORMATS, format_report, format_runs, render_report
-from sunset.evaluation.resampling import Cluster
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results, recompute
 from sunset.evaluation.runs import RUNS_FORMATS, render_runs, run_fields
 from sunset.evaluation.scores import ScoreRow, ScoreTable, score_tables

@@ -41,7 +41,7 @@ def differences_chart(found: Sequence[Setup]) -> Chart:
             lines += [
                 (
                     *(setup.label, table.suite, first, second, difference.pairs, *_ends(difference.utility)),
-                    *(difference.a12, difference.p, *_ends(difference.score)),
+                    *(difference.pairs_won, difference.p, *_ends(difference.score)),
                 )
                 for first, second, difference in pairs
             ]
@@ -69,7 +69,7 @@ def differences_chart(found: Sequence[Setup]) -> Chart:
         missing=_interval_notes(panels) if panels else (_NO_PAIR,),
         head=(
             *("setup", "suite", "first", "second", "pairs", "utility_difference", "ci_low", "ci_high"),
-            *("a12", "p_holm", "score_difference", "score_ci_low", "score_ci_high"),
+            *("pairs_won", "p_holm", "score_difference", "score_ci_low", "score_ci_high"),
         ),
         lines=tuple(lines),
     )

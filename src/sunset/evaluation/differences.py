@@ -4,19 +4,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
-import numpy as np
-
 from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
-from sunset.evaluation.power import DIFFERENCE, POWER, Design, least_difference, repetitions_needed, variances
-from sunset.evaluation.resampling import Cluster, Spread
+from sunset.evaluation.intervals import Cluster
+from sunset.evaluation.power import DIFFERENCE, POWER, detectable, repetitions_needed
 
 DIFFERENCE_METHOD: Final = (
-    "Differences are of runs with the same scenario, flight and seed, with the same bootstrap; those in score, of the "
-    "runs that count for it. A12 (Vargha and Delaney): how probably a run of the first has more utility than a run of "
-    "the second. p: of the difference in utility, adjusted after Holm for all pairs of managing systems; intervals "
-    "are not adjusted. Told: the smallest difference in utility that a campaign of this size detects with a "
-    f"probability of {100 * POWER:g} %. Runs for {DIFFERENCE:g}: how many runs of each detect a difference of "
-    f"{DIFFERENCE:g} so; never, where only other scenarios or flights would help."
+    "Differences are of pairs: runs with the same scenario, flight and seed; in score, of the pairs that count for it. "
+    "Pairs won: the share of pairs in which the first has more utility, ties by half. p: of the difference in utility, "
+    "adjusted after Holm for all pairs of managing systems; intervals are not adjusted. Detectable: the difference in "
+    f"utility that campaigns of this size detect with a power of {100 * POWER:g} %. Runs for {DIFFERENCE:g}: how many "
+    f"runs of each detect {DIFFERENCE:g} so; never, where only other scenarios or flights would help."
 )
 """How differences come about, in words."""
 
@@ -37,11 +34,11 @@ class ManagerDifference:
         pairs: how many runs both have.
         score: by how much the score of the first is above that of the second; None where there is no score.
         utility: likewise of utility; None where there is no pair.
-        a12: how probably a run of the first has more utility than one of the second, ties by half; None likewise.
+        pairs_won: the share of pairs in which the first has more utility, ties by half; None likewise.
         p: of the difference in utility, adjusted after Holm; None where it has no interval.
-        told: the difference in utility that such a campaign tells with a probability of `POWER`; None likewise.
-        runs_needed: how many runs of each would tell `DIFFERENCE` so; None where no number of repetitions does, or
-            there is no interval.
+        detectable: the difference in utility that such campaigns detect with a power of `POWER`; None likewise.
+        runs_needed: how many runs of each detect `DIFFERENCE` so; None where no number of repetitions does, or there
+            is no interval.
     """
 
     first: str
@@ -49,9 +46,9 @@ class ManagerDifference:
     pairs: int
     score: Estimate | None
     utility: Estimate | None
-    a12: float | None
+    pairs_won: float | None
     p: float | None
-    told: float | None
+    detectable: float | None
     runs_needed: int | None
 
     def to_json(self) -> dict[str, object]:
@@ -62,9 +59,9 @@ class ManagerDifference:
             "pairs": self.pairs,
             "score": self.score and self.score.to_json(),
             "utility": self.utility and self.utility.to_json(),
-            "a12": self.a12,
+            "pairs_won": self.pairs_won,
             "p_holm": self.p,
-            "told": self.told,
+            "detectable": self.detectable,
             "runs_needed": self.runs_needed,
         }
 
@@ -108,19 +105,16 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return adjusted
 
 
-def a12(first: Sequence[float], second: Sequence[float]) -> float:
-    """Return how probably a value of the first is greater than one of the second, ties by half.
+def pairs_won(leads: Sequence[float]) -> float:
+    """Return the share of pairs in which the first has more than the second, ties by half.
 
-    Source: Vargha and Delaney, A critique and improvement of the CL common language effect size statistics, Journal of
-    Educational and Behavioral Statistics 25 (2000).
+    Args:
+        leads: by how much the first has more, of each pair; at least one.
 
-    >>> a12([1.0, 2.0], [1.0, 0.0])
-    0.875
+    >>> pairs_won([0.25, -0.5, 0.0, 0.5])
+    0.625
     """
-    ordered = np.sort(second)
-    less = np.searchsorted(ordered, first, side="left")
-    up_to = np.searchsorted(ordered, first, side="right")
-    return float((less + up_to).mean() / 2 / len(second))
+    return sum((lead > 0) + (lead == 0) / 2 for lead in leads) / len(leads)
 
 
 def _difference(
@@ -135,7 +129,8 @@ def _difference(
     leads = {key: ours[key] - theirs[key] for key in ours if key in theirs}
     scored = [key for key in leads if key in gains]
     utility = estimate(list(leads.values()), [clusters[key] for key in leads])
-    told, needed = _told(utility.spread, utility.runs) if utility and utility.spread else (None, None)
+    spread = utility.spread if utility else None
+    repetitions = repetitions_needed(spread) if spread else None
     return ManagerDifference(
         first=first,
         second=second,
@@ -146,21 +141,14 @@ def _difference(
         if scored
         else None,
         utility=utility,
-        a12=a12([ours[key] for key in leads], [theirs[key] for key in leads]) if leads else None,
+        pairs_won=pairs_won(list(leads.values())) if leads else None,
         p=None,
-        told=told,
-        runs_needed=needed,
+        detectable=detectable(spread) if spread else None,
+        runs_needed=round(len(leads) / spread.sizes.repetitions * repetitions)
+        if spread and repetitions
+        else None,
     )
 
 
 def _p_value(found: Estimate) -> float | None:
     return found.spread.p_value(found.mean) if found.spread else None
-
-
-def _told(spread: Spread, runs: int) -> tuple[float, int | None]:
-    """Return the least difference that such a campaign tells, and how many runs would tell `DIFFERENCE`."""
-    found = variances(spread)
-    alike, flights, repetitions = spread.sizes
-    design = Design(alike=alike, flights=flights, repetitions=repetitions)
-    needed = repetitions_needed(found, design)
-    return least_difference(found, design), None if needed is None else round(runs / repetitions * needed)

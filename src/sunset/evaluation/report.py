@@ -26,18 +26,10 @@ FORMATS: Final = ("table", "latex", "csv", "json", "html")
 
 _CSV_COLUMNS: Final = (
     *("source", "suite", "system", "other", "manager", "evidence", "is_reference", "model", "duration_s"),
-    *(
-        "bag_looped",
-        "flight",
-        "bag_checksum",
-        "middleware",
-        "version",
-        "runs",
-        "runs_invalid",
-        "runs_missing",
-    ),
-    *("runs_unpaired", "runs_failed", "runs_differing"),
-    *("figure", "mean", "std", "ci_low", "ci_high", "figure_runs", "a12", "p_holm", "told", "runs_needed"),
+    *("bag_looped", "flight", "bag_checksum", "middleware", "version"),
+    *("runs", "runs_invalid", "runs_missing", "runs_unpaired", "runs_failed", "runs_differing"),
+    *("figure", "mean", "std", "ci_low", "ci_high", "figure_runs"),
+    *("pairs_won", "p_holm", "detectable", "runs_needed"),
 )
 
 
@@ -225,9 +217,9 @@ def _lead_lines(table: ScoreTable) -> Iterator[dict[str, object]]:
                 line
                 | _cells("utility", difference.utility)
                 | {
-                    "a12": difference.a12,
+                    "pairs_won": difference.pairs_won,
                     "p_holm": difference.p,
-                    "told": difference.told,
+                    "detectable": difference.detectable,
                     "runs_needed": difference.runs_needed,
                 }
             )

@@ -12,7 +12,7 @@ from typing import Any, Final
 from msgspec import UNSET, to_builtins
 
 from sunset.errors import RecordError
-from sunset.evaluation.resampling import Cluster
+from sunset.evaluation.intervals import Cluster
 from sunset.metrics import Evidence, FaultOutcome, LogFigures, RunMetrics, log_figures, score
 from sunset.recording import (
     PLAN_FILE,

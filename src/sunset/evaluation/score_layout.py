@@ -34,9 +34,9 @@ _HARM: Final = Column(
 _DIFFERENCE_COLUMNS: Final = (
     Column("score", "score", "the difference in score"),
     Column("utility", "utility", "the difference in utility"),
-    Column("A12", r"$A_{12}$", "how probably a run of the first has more utility than a run of the second"),
+    Column("pairs won", "pairs won", "the share of pairs in which the first has more utility, ties by half"),
     Column("p", "$p$", "of the difference in utility, adjusted after Holm"),
-    Column("told", "told", f"the smallest difference in utility that is detected with {100 * POWER:g} %"),
+    Column("detectable", "detectable", f"the difference in utility that is detected with {100 * POWER:g} %"),
     Column(
         f"runs for {DIFFERENCE:g}",
         f"runs for {DIFFERENCE:g}",
@@ -109,13 +109,13 @@ def _score_lines(row: ScoreRow, *, has_harm: bool) -> tuple[Line, ...]:
 
 
 def _difference_lines(one: ManagerDifference) -> tuple[Line, ...]:
-    needed = "N/A" if one.told is None else "never" if one.runs_needed is None else str(one.runs_needed)
+    needed = "N/A" if one.detectable is None else "never" if one.runs_needed is None else str(one.runs_needed)
     cells: tuple[Cell, ...] = (
         _mean(one.score),
         _mean(one.utility),
-        None if one.a12 is None else Quantity(one.a12, None),
+        None if one.pairs_won is None else Quantity(one.pairs_won, None),
         None if one.p is None else f"< {_LEAST_P}" if one.p < _LEAST_P else f"{one.p:.3f}",
-        None if one.told is None else Quantity(one.told, None),
+        None if one.detectable is None else Quantity(one.detectable, None),
         needed,
     )
     line = Line(LineKind.OURS, f"{one.first} − {one.second}", str(one.pairs), cells)

@@ -5,6 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.evaluation.blocks import PAPER_LABEL, Block, Cell, Column, Line, Quantity, Report
+from sunset.evaluation.diagnosis_block import diagnosis_blocks
 from sunset.evaluation.estimates import METHOD, NO_INTERVAL
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
@@ -13,7 +14,7 @@ from sunset.evaluation.script_block import published_lines, script_blocks, scrip
 from sunset.evaluation.summary import PUBLISHED_SOURCE, SystemRow
 from sunset.evaluation.treatments import fault_blocks, fault_notes, lines_of
 from sunset.metrics import SCRIPT_FIGURES
-from sunset.system import DURATION_S
+from sunset.system import DURATION_S, REPAIR
 from sunset.texts import counted, printable, shorten, tallied
 
 _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
@@ -64,8 +65,6 @@ _LACKING: Final = MappingProxyType(
         "f_resolved_per_adaptation": ("f_res/a_exec", "nothing was adapted"),
         "t_react_s": ("t_react", "nothing was resolved"),
         "iou": ("IoU", "no frame with labels came"),
-        "diagnosis_precision": ("precision", "no fault was named with a probability of at least 0.5"),
-        "t_diagnosis_s": ("t_diagnosis", "no diagnosis named all faults that were there, and no other"),
     }
 )
 """Figure → what it is called, and what happened in the runs that have none."""
@@ -83,14 +82,16 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = ()) -> Rep
         rows: those of the paper's table.
         scores: what it leads with.
     """
-    main = tuple((*_group(row, SCRIPT_FIGURES), *published_lines(row.published)) for row in rows)
-    more = tuple(_group(row, _MORE) for row in rows if not row.is_reference)
+    repairing = [row for row in rows if row.task == REPAIR]
+    main = tuple((*_group(row, SCRIPT_FIGURES), *published_lines(row.published)) for row in repairing)
+    more = tuple(_group(row, _MORE) for row in repairing if not row.is_reference)
     blocks = (
         *lead_blocks(scores),
         Block("The paper's figures", tuple(_COLUMNS[name] for name in SCRIPT_FIGURES), main, PAPER_LABEL),
-        *fault_blocks(rows),
+        *fault_blocks(repairing),
+        *diagnosis_blocks(rows),
         Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more, "tab:sunset-more"),
-        *script_blocks(rows),
+        *script_blocks(repairing),
     )
     return Report(
         tuple(block for block in blocks if block.groups),
@@ -98,10 +99,10 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = ()) -> Rep
             *_provenance(rows),
             *lead_notes(scores),
             METHOD,
-            *fault_notes(rows),
-            *_comparability(rows),
+            *fault_notes(repairing),
+            *_comparability(repairing),
             *_notes(rows),
-            *script_notes(rows),
+            *script_notes(repairing),
         ),
     )
 
@@ -175,7 +176,7 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
     if any(found and found.lacks_interval for row in rows for found in row.estimates.values()):
         notes.append(NO_INTERVAL)
     for row in rows:
-        for name, (figure, reason) in _LACKING.items():
+        for name, (figure, reason) in _LACKING.items() if row.task == REPAIR else ():
             found = row.estimates[name]
             if found is not None and found.runs < row.runs:
                 notes.append(

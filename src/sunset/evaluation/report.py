@@ -120,6 +120,7 @@ def _described(row: SystemRow) -> dict[str, object]:
         "model": row.model,
         **row.flight.to_json(),
         "middleware": row.middleware,
+        "task": row.task,
         "version": row.version,
         "runs": row.runs,
     }
@@ -164,7 +165,7 @@ def _as_csv(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
         "flight",
         "bag_checksum",
     ]
-    head += ["middleware", "version", "runs", "runs_invalid", "runs_failed", "runs_differing"]
+    head += ["middleware", "task", "version", "runs", "runs_invalid", "runs_failed", "runs_differing"]
     columns = [part for name in FIGURES for part in _parts(name)]
     failures = sorted({failure for row in rows for failure in _times(row)})
     names = [*head, *columns, "unresolved_rate", "cured_rate", *map(_time_column, failures), *_LEAD_COLUMNS]

@@ -11,6 +11,7 @@ from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.summary import named_groups
 from sunset.recording import SCORE_REFERENCES
+from sunset.system import REPAIR
 
 LEAST_GAIN: Final = 0.02
 """Where the references differ by less in the mean of seeds, there is nothing to repair: such runs count for harm."""
@@ -130,13 +131,13 @@ def is_scored(run: RunRow) -> bool:
 
 
 def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
-    """Return a table for each suite of which several managing systems were run.
+    """Return a table for each suite of which several managing systems were run to repair.
 
     Runs of different models, durations, middlewares, thinking times or versions of the package are never put together;
     those on different flights are, since a score is of pairs.
     """
     tables: dict[tuple[object, ...], dict[str, list[RunRow]]] = {}
-    for name, group in named_groups(runs, by_flight=False):
+    for name, group in named_groups([run for run in runs if run.task == REPAIR], by_flight=False):
         first = group[0]
         flight = replace(first.flight, bag="", name="")
         key = (first.suite, first.model, flight, first.thinking_s, first.middleware, first.version)

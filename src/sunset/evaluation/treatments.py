@@ -23,21 +23,8 @@ _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
         "adaptations_mistreated": Column(
             "mistreated ↓", r"mistreated $\downarrow$", "adaptations that treat no fault that is there"
         ),
-        "diagnosis_precision": Column(
-            "precision ↑", r"precision $\uparrow$", "share of what was diagnosed that was so, over time"
-        ),
-        "diagnosis_recall": Column(
-            "recall ↑", r"recall $\uparrow$", "share of what was so that was diagnosed, over time"
-        ),
-        "t_diagnosis_s": Column(
-            "t_diagnosis [s] ↓",
-            r"$t_\mathrm{diagnosis}\,[\mathrm{s}]\downarrow$",
-            "from when a fault came to when it was first part of a right diagnosis",
-        ),
     }
 )
-_DIAGNOSIS: Final = ("diagnosis_precision", "diagnosis_recall", "t_diagnosis_s")
-"""Columns of managing systems that publish a diagnosis."""
 _TIME_TO_CURE_NOTE: Final = (
     "Time to cure: mean over faults from onset to cure by the estimate of Kaplan and Meier, in which one that heals "
     "counts until then, as if it would have been cured later as the others were; one that is cured later than the "
@@ -79,9 +66,7 @@ class TimeToCure:
 def fault_blocks(rows: Sequence[SystemRow]) -> tuple[Block, ...]:
     """Return the tables of what became of the faults: the figures, and the time to cure by failure."""
     judged = [row for row in rows if not row.is_reference]
-    has_diagnoses = any(row.estimates["diagnosis_recall"] for row in judged)
-    names = [name for name in _COLUMNS if has_diagnoses or name not in _DIAGNOSIS]
-    columns = tuple(_COLUMNS[name] for name in names)
+    names, columns = tuple(_COLUMNS), tuple(_COLUMNS.values())
     groups = tuple(
         lines_of(row, fault_cells(row, names), tuple(row.estimates.get(name) for name in names))
         for row in judged

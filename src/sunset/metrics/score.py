@@ -1,7 +1,7 @@
 """One run's figures (paper, section 4; `docs/metrics.md`): what the table is made of."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Annotated
 
 import numpy as np
@@ -45,9 +45,7 @@ class RunMetrics:
         masked_s: time in which any was masked [s]; likewise.
         adaptations_mistreated: the adaptations that treat no fault.
         iou_net: `iou_all` less a frame's share for each of them, and at least 0: what scores are made of.
-        diagnosis_precision: of the time that faults were named in diagnoses, the share in which they were there.
-        diagnosis_recall: of the time that faults were there, the share in which they were named.
-        t_diagnosis_s: mean over faults that were part of a right diagnosis, from when they came to the first [s].
+        diagnoses: how many diagnoses were published; this and what follows until `brier` as of `DiagnosisFigures`.
         frames_without_truth: how many frames have no pixel of a known class, and count for no figure of quality.
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
@@ -77,9 +75,17 @@ class RunMetrics:
     masked_s: Amount | None = None
     adaptations_mistreated: Count | None = None
     iou_net: Share | None = None
-    diagnosis_precision: Share | None = None
-    diagnosis_recall: Share | None = None
-    t_diagnosis_s: Amount | None = None
+    diagnoses: Count | None = None
+    faults_detected: Count | None = None
+    faults_located: Count | None = None
+    faults_identified: Count | None = None
+    faults_top1: Count | None = None
+    t_detected_s: Amount | None = None
+    t_located_s: Amount | None = None
+    t_identified_s: Amount | None = None
+    false_alarms: Count | None = None
+    faultless_s: Amount | None = None
+    brier: Share | None = None
     frames_without_truth: Count | None = None
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
@@ -119,10 +125,6 @@ def score(timeline: Timeline) -> RunMetrics:
     treatments = Treatments(timeline, executed)
     found, masked_s = treatments.outcomes(failures)
     mistreating = treatments.mistreating()
-    diagnosed = diagnosis_figures(timeline, treatments.faults)
-    if diagnosed is not None:
-        pairs = zip(found, diagnosed.right, strict=True)
-        found = tuple(replace(outcome, diagnosed=right) for outcome, right in pairs)
     return RunMetrics(
         f_resolved_per_adaptation=len(resolved) / len(executed) if executed else None,
         t_react_s=_mean([episode.t_react for episode in resolved]),
@@ -146,11 +148,7 @@ def score(timeline: Timeline) -> RunMetrics:
         masked_s=masked_s,
         adaptations_mistreated=len(mistreating),
         iou_net=None if iou_all is None else net_iou(iou_all, len(mistreating), timeline.expected_frames),
-        diagnosis_precision=None if diagnosed is None else diagnosed.precision,
-        diagnosis_recall=None if diagnosed is None else diagnosed.recall,
-        t_diagnosis_s=_mean(
-            [None if outcome.diagnosed is None else outcome.diagnosed - outcome.began for outcome in found]
-        ),
+        **diagnosis_figures(timeline, treatments.faults)._asdict(),
         frames_without_truth=without_truth,
         failures=failures,
         executed=executed,

@@ -60,7 +60,6 @@ class FaultOutcome:
         until: when it healed, was ended by an adaptation or the experiment ended [s].
         cured: from when on it was cured, which may be while it was away [s]; None if it was not.
         masked_s: how long it was masked [s]; None where no frame has a truth.
-        diagnosed: when it was first part of a right diagnosis [s]; None if it was not, or none was published.
     """
 
     fault: str
@@ -69,7 +68,6 @@ class FaultOutcome:
     until: Amount
     cured: Amount | None = None
     masked_s: Amount | None = 0.0
-    diagnosed: Amount | None = None
 
     @property
     def fate(self) -> str:

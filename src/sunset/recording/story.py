@@ -226,6 +226,11 @@ def figures_of(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     treated = f"masked for {shown(masked_s, ' s')}; {counted(len(score.mistreating), 'adaptation')}"
     cured = f"{score.faults_cured or 0} of {len(score.outcomes)}"
     yield "faults cured", cured, f"{treated} treated no fault"
-    if score.diagnosis_recall is not None:
-        found = f"recall {shown(score.diagnosis_recall)}, right after {shown(score.t_diagnosis_s, ' s')}"
-        yield "diagnosis precision", shown(score.diagnosis_precision), found
+    if score.diagnoses:
+        known = f"{score.faults_detected} detected, {score.faults_located} located"
+        alarms = counted(score.false_alarms or 0, "false alarm")
+        yield (
+            "faults identified",
+            f"{score.faults_identified} of {score.faults_injected}",
+            f"{known}; {alarms}",
+        )

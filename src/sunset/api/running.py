@@ -67,7 +67,7 @@ def run(
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `manager_env`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+            `manager_limit`, `manager_env`, `task`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable.
@@ -119,7 +119,7 @@ def bench(
         shard: do a part of the campaign only, as `I/N`, the I-th of N.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `manager_env`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+            `manager_limit`, `manager_env`, `task`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable, `out` holds another campaign, or a worker of the executor has not
@@ -265,7 +265,7 @@ def check_manager(
         seed: of both runs.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `manager_env`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+            `manager_limit`, `manager_env`, `task`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
 
     Raises:
         SunsetError: as `run`.

@@ -130,6 +130,7 @@ def _planned(run: RunRecord, described: CampaignPlan) -> dict[str, object]:
         "middleware": described.middleware,
         "bag_checksum": described.bag_checksum if facts is None else facts.bag_checksum,
         "bag_looped": described.loop,
+        "task": described.task,
         "thinking_s": described.thinking_s or UNSET,
         "extensions": described.extensions or UNSET,
         "versions": described.versions,

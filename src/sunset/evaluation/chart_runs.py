@@ -9,7 +9,7 @@ from sunset.evaluation.scores import ScoreTable, is_scored
 from sunset.evaluation.summary import manager_names, named_groups, part_label
 from sunset.evaluation.system_styles import in_order
 from sunset.recording import TABLE_REFERENCES
-from sunset.system import DURATION_S
+from sunset.system import DURATION_S, REPAIR
 from sunset.texts import counted
 
 NO_RUN: Final = "There is no valid run of a managing system."
@@ -60,12 +60,13 @@ class Setup:
 
 
 def setups(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[Setup]:
-    """Return the valid runs by setup; without suites of which there are reference rows only.
+    """Return the valid runs to repair by setup; without suites of which there are reference rows only.
 
     Args:
         runs: all of them.
         tables: their scores.
     """
+    runs = [run for run in runs if run.task == REPAIR]
     names = manager_names({run.manager for run in runs})
     groups = named_groups(runs, by_flight=False)
     found: dict[tuple[str, ...], dict[str, dict[str, list[RunRow]]]] = {}

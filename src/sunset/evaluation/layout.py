@@ -5,6 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.evaluation.blocks import PAPER_LABEL, Block, Cell, Column, Line, Quantity, Report
+from sunset.evaluation.diagnosis_block import diagnosis_blocks
 from sunset.evaluation.estimates import METHOD, NO_INTERVAL
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
@@ -13,7 +14,7 @@ from sunset.evaluation.script_block import published_lines, script_blocks, scrip
 from sunset.evaluation.summary import PAPER_SUITES, PUBLISHED_SOURCE, SystemRow
 from sunset.evaluation.treatments import fault_blocks, lines_of
 from sunset.metrics import SCRIPT_FIGURES
-from sunset.system import DURATION_S
+from sunset.system import DURATION_S, REPAIR
 from sunset.texts import counted, printable, shorten, tallied
 
 _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
@@ -64,8 +65,6 @@ _LACKING: Final = MappingProxyType(
         "f_resolved_per_adaptation": ("f_res/a_exec", "nothing was adapted"),
         "t_react_s": ("t_react", "nothing was resolved"),
         "iou": ("IoU", "no frame with labels came"),
-        "diagnosis_precision": ("precision", "no fault was named with a probability of at least 0.5"),
-        "t_diagnosis_s": ("t_diagnosis", "no diagnosis named all faults that were there, and no other"),
     }
 )
 """Figure → what it is called, and what happened in the runs that have none."""
@@ -84,15 +83,17 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
         scores: what it leads with.
         every: whether every other figure follows.
     """
-    papers = [row for row in rows if every or row.suite in PAPER_SUITES]
+    repairing = [row for row in rows if row.task == REPAIR]
+    papers = [row for row in repairing if every or row.suite in PAPER_SUITES]
     main = tuple((*_group(row, SCRIPT_FIGURES), *published_lines(row.published)) for row in papers)
-    more = tuple(_group(row, _MORE) for row in rows if every and not row.is_reference)
+    more = tuple(_group(row, _MORE) for row in repairing if every and not row.is_reference)
     blocks = (
         *lead_blocks(scores),
         Block("The paper's figures", tuple(_COLUMNS[name] for name in SCRIPT_FIGURES), main, PAPER_LABEL),
-        *(fault_blocks(rows) if every else ()),
+        *(fault_blocks(repairing) if every else ()),
+        *diagnosis_blocks(rows),
         Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more, "tab:sunset-more"),
-        *(script_blocks(rows) if every else ()),
+        *(script_blocks(repairing) if every else ()),
     )
     return Report(
         tuple(block for block in blocks if block.groups),
@@ -102,7 +103,7 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
             METHOD,
             *_comparability(papers),
             *_notes(rows, shown=papers),
-            *(script_notes(rows) if every else ()),
+            *(script_notes(repairing) if every else ()),
         ),
     )
 
@@ -176,7 +177,7 @@ def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str
     if any(found and found.lacks_interval for row in rows for found in row.estimates.values()):
         notes.append(NO_INTERVAL)
     for row in rows:
-        for name, (figure, reason) in _LACKING.items():
+        for name, (figure, reason) in _LACKING.items() if row.task == REPAIR else ():
             found = row.estimates[name]
             if row in shown and found is not None and found.runs < row.runs:
                 notes.append(

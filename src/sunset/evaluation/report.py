@@ -26,7 +26,7 @@ FORMATS: Final = ("table", "latex", "csv", "json", "html")
 
 _CSV_COLUMNS: Final = (
     *("source", "suite", "system", "other", "manager", "evidence", "is_reference", "model", "duration_s"),
-    *("bag_looped", "flight", "bag_checksum", "middleware", "version"),
+    *("bag_looped", "flight", "bag_checksum", "middleware", "task", "version"),
     *("runs", "runs_invalid", "runs_missing", "runs_unpaired", "runs_failed", "runs_differing"),
     *("figure", "mean", "std", "ci_low", "ci_high", "figure_runs"),
     *("pairs_won", "p_holm", "detectable", "runs_needed"),
@@ -137,6 +137,7 @@ def _described(row: SystemRow) -> dict[str, object]:
         "model": row.model,
         **row.flight.to_json(),
         "middleware": row.middleware,
+        "task": row.task,
         "version": row.version,
         "runs": row.runs,
     }

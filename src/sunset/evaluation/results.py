@@ -27,7 +27,7 @@ from sunset.recording import (
     stored_figures,
     timeline_of,
 )
-from sunset.system import DURATION_S, degradations_of, suite_size
+from sunset.system import DURATION_S, REPAIR, degradations_of, suite_size
 from sunset.workers import Progress
 
 FIGURES: Final = RunMetrics.names()
@@ -112,6 +112,7 @@ class RunRow:
         valid: whether the run counts.
         reason: why it does not; empty if it does.
         computer_kept_up: whether the computer was fast enough, as it always is in the simulation.
+        task: of its managing system, `repair` or `diagnose`.
         thinking_s: what every decision of its managing system took of the experiment's time [s].
         failed: how its managing system failed, in a sentence; empty if it did not.
         missing_walls: which walls around a user's own managing system were missing.
@@ -138,6 +139,7 @@ class RunRow:
     faults: str = ""
     alike: str = ""
     suite_size: int = 0
+    task: str = REPAIR
     thinking_s: float = 0.0
     version: str = ""
     others: Mapping[str, str] = field(default_factory=dict)
@@ -161,7 +163,7 @@ class RunRow:
     def experiment(self) -> tuple[object, ...]:
         """What makes runs of two managing systems a pair.
 
-        The same scenario, model, flight, middleware, thinking time and version; and the seed, which is the last.
+        The same scenario, model, flight, middleware, task, thinking time and version; and the seed, which is the last.
         """
         return (
             self.suite,
@@ -170,6 +172,7 @@ class RunRow:
             self.setting,
             self.flight,
             self.middleware,
+            self.task,
             self.thinking_s,
             self.version,
             self.seed,
@@ -313,6 +316,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds, **extensions}),
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
+        task=run.task,
         thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
         alike=degradations_of(fault.name for fault in run.faults) if run.alike is UNSET else run.alike,

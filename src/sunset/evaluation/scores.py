@@ -12,6 +12,7 @@ from sunset.evaluation.results import RunRow
 from sunset.evaluation.summary import estimate_figure, named_groups
 from sunset.metrics import Evidence
 from sunset.recording import SCORE_REFERENCES
+from sunset.system import REPAIR
 
 LEAST_GAIN: Final = 0.02
 """Where the references differ by less in the mean of seeds, there is nothing to repair: such runs count for harm."""
@@ -156,13 +157,14 @@ def utility(run: RunRow, multiple: float = 1.0) -> float | None:
 
 
 def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
-    """Return a table for each suite.
+    """Return a table for each suite in which managing systems repaired.
 
     Runs of different models, durations, middlewares, thinking times or versions of the package are never put together;
     those on different flights are, since a score is of pairs.
     """
     tables: dict[tuple[object, ...], dict[str, list[RunRow]]] = {}
-    for name, group in named_groups(runs, by_flight=False, name_suite=False):
+    repairing = [run for run in runs if run.task == REPAIR]
+    for name, group in named_groups(repairing, by_flight=False, name_suite=False):
         first = group[0]
         flight = replace(first.flight, bag="", name="")
         key = (first.suite, first.model, flight, first.thinking_s, first.middleware, first.version)

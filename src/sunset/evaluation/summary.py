@@ -17,7 +17,7 @@ from sunset.evaluation.system_styles import SHIPPED
 from sunset.metrics import FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES
 from sunset.schemas import fields_of
-from sunset.system import DURATION_S
+from sunset.system import DURATION_S, REPAIR
 
 PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
 
@@ -65,6 +65,7 @@ class SystemRow:
 
     Attributes:
         system: what the row is called.
+        task: `repair` or `diagnose`.
         version: of the package that the runs were made with.
         scenarios: the names of those that were run.
         suite_size: how many there are in the suite; 0 if that is not known.
@@ -90,6 +91,7 @@ class SystemRow:
     model: str
     flight: Flight
     middleware: str
+    task: str
     version: str
     scenarios: frozenset[str]
     seeds: frozenset[int]
@@ -182,10 +184,13 @@ def named_groups(
         name_suite: whether the name says which suite was run.
     """
     runs = list(rows)
-    groups: dict[tuple[str, str, str, Flight, float, str, str], list[RunRow]] = {}
+    groups: dict[tuple[str, str, str, Flight, str, float, str, str], list[RunRow]] = {}
     for run in sorted(runs, key=_order):
         flight = run.flight if by_flight else replace(run.flight, bag="", name="")
-        key = (run.suite, run.manager, run.model, flight, run.thinking_s, run.middleware, run.version)
+        key = (
+            *(run.suite, run.manager, run.model, flight, run.task, run.thinking_s),
+            *(run.middleware, run.version),
+        )
         groups.setdefault(key, []).append(run)
     names = manager_names({run.manager for run in runs})
     several_models = len({run.model for run in runs}) > 1
@@ -199,12 +204,13 @@ def named_groups(
             + (f" [{model}]" if several_models else "")
             + part_label(group)
             + flight.label(bag=several_bags)
+            + (f" [{task}]" if task != REPAIR else "")
             + (f" [thinking {thinking_s:g} s]" if thinking_s else "")
             + (f" [{middleware}]" if several_middlewares else "")
             + (f" [sunset {version or 'unknown'}]" if several_versions else ""),
             group,
         )
-        for (suite, manager, model, flight, thinking_s, middleware, version), group in groups.items()
+        for (suite, manager, model, flight, task, thinking_s, middleware, version), group in groups.items()
     ]
 
 
@@ -236,6 +242,7 @@ def _order(run: RunRow) -> tuple[object, ...]:
         run.manager,
         run.model,
         run.flight,
+        run.task,
         run.thinking_s,
         run.middleware,
         run.version,
@@ -271,6 +278,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         model=first.model,
         flight=first.flight,
         middleware=first.middleware,
+        task=first.task,
         version=first.version,
         scenarios=scenarios_of(group),
         suite_size=max(run.suite_size for run in group),

@@ -26,28 +26,14 @@ _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
             "needless ↓", r"needless $\downarrow$", "adaptations that are no step of a cure of a fault there"
         ),
         "cost_frames": Column("cost ↓", r"cost $\downarrow$", "prices of the adaptations, in frames"),
-        "diagnosis_precision": Column(
-            "precision ↑", r"precision $\uparrow$", "share of what was diagnosed that was so, over time"
-        ),
-        "diagnosis_recall": Column(
-            "recall ↑", r"recall $\uparrow$", "share of what was so that was diagnosed, over time"
-        ),
-        "t_diagnosis_s": Column(
-            "t_diagnosis [s] ↓",
-            r"$t_\mathrm{diagnosis}\,[\mathrm{s}]\downarrow$",
-            "from when a fault came to when it was first part of a right diagnosis",
-        ),
     }
 )
-_DIAGNOSIS: Final = ("diagnosis_precision", "diagnosis_recall", "t_diagnosis_s")
-"""Columns of managing systems that publish a diagnosis."""
 
 
 def fault_blocks(rows: Sequence[SystemRow]) -> tuple[Block, ...]:
     """Return the table of what became of the faults."""
     judged = [row for row in rows if not row.is_reference]
-    has_diagnoses = any(row.estimates["diagnosis_recall"] for row in judged)
-    names = [name for name in _COLUMNS if has_diagnoses or name not in _DIAGNOSIS]
+    names = tuple(_COLUMNS)
     groups = tuple(
         lines_of(
             row, tuple(_cell(row, name) for name in names), tuple(row.estimates.get(name) for name in names)

@@ -31,6 +31,7 @@ from sunset.ros.lifecycle import TRANSITIONS, TransitionCallbackReturn
 from sunset.ros.parameter import parameter_value_to_python
 from sunset.system import (
     COMMANDS_TOPIC,
+    DIAGNOSE,
     DIAGNOSTICS_TOPIC,
     FAULT_ENDS_TOPIC,
     HARNESS,
@@ -41,6 +42,7 @@ from sunset.system import (
     OFF_LIMITS_TOPICS,
     PARAMETER_EVENTS_TOPIC,
     PARAMETER_TOPICS,
+    REPAIR,
     current_system,
     full_name,
     short_name,
@@ -94,9 +96,18 @@ class Observer(Tap):
         sink: gets every message, in the order in which it left its publisher.
         shown: topics with the truth that the node of the managing system may read; others must not.
         viewers: full names of nodes that may subscribe to everything, but not publish or call.
+        task: the managing system's; adaptations break a rule where it is to diagnose.
     """
 
-    def __init__(self, sink: Sink, *, shown: Collection[str] = (), viewers: Collection[str] = ()) -> None:
+    def __init__(
+        self,
+        sink: Sink,
+        *,
+        shown: Collection[str] = (),
+        viewers: Collection[str] = (),
+        task: str = REPAIR,
+    ) -> None:
+        self._task = task
         self._sink = sink
         self._shown = shown
         self._viewers = viewers
@@ -209,6 +220,8 @@ class Observer(Tap):
         self._note_violations(client, server, request)
         if command is None:
             return
+        if self._task == DIAGNOSE and client not in INFRASTRUCTURE:
+            self.note(f"{client} calls {service}, and the task is to diagnose, without adaptations")
         command.stamp = stamp_of(time_ns)
         command.client = client
         command.service = service

@@ -18,6 +18,7 @@ def manager_parameters(spec: RunSpec, resources: Resources) -> Parameters:
         "entropy_threshold": card.entropy_threshold,
         "sharpness_threshold": card.sharpness_threshold,
         "manager_seed": drawn_seed(spec.seed, "manager"),
+        "task": spec.settings.task,
     }
     return parameters | ({"thinking": spec.settings.thinking_s} if spec.settings.thinking_s else {})
 

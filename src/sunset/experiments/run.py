@@ -216,7 +216,7 @@ def _run_simulated(
         check_name(f"/{manager.loaded.node_name}", spec.manager)
 
         def run_isolated(watch: Watch) -> dict[str, object]:
-            observer = Observer(writer, shown=shown_topics(spec.manager))
+            observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
             start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
             manager.end()
             writer.hand_over()
@@ -249,7 +249,9 @@ def _run_live(
     from sunset.experiments import live_run  # noqa: PLC0415  needs an optional extra
 
     frames = live_run.FrameCount()
-    observer = Observer(writer, shown=shown_topics(spec.manager), viewers=spec.settings.viewers)
+    observer = Observer(
+        writer, shown=shown_topics(spec.manager), viewers=spec.settings.viewers, task=spec.settings.task
+    )
     found, imported = checksum_and_versions(spec.manager, spec.settings)
     _check_same(spec.manager, found, known)
     start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
@@ -318,6 +320,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         warm_up_s=timing.warm_up_s,
         duration_s=timing.duration_s,
         period_s=timing.period_s,
+        task=settings.task,
         thinking_s=settings.thinking_s or UNSET,
         expected_frames=timing.expected_frames,
         entropy_threshold=card.entropy_threshold,

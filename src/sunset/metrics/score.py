@@ -1,7 +1,7 @@
 """One run's figures (paper, section 4; `docs/metrics.md`): what the table is made of."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Annotated
 
 import numpy as np
@@ -48,9 +48,7 @@ class RunMetrics:
         cost_frames: the prices of all adaptations, in frames.
         iou_healthy: mean over the frames before the first fault of each frame's IoU.
         utility: `iou_all` less the share of `cost_frames` in all frames, times `iou_healthy`: scores are made of it.
-        diagnosis_precision: of the time that faults were named in diagnoses, the share in which they were there.
-        diagnosis_recall: of the time that faults were there, the share in which they were named.
-        t_diagnosis_s: mean over faults that were part of a right diagnosis, from when they came to the first [s].
+        diagnoses: how many diagnoses were published; this and what follows until `brier` as of `DiagnosisFigures`.
         frames_without_truth: how many frames have no pixel of a known class, and count for no figure of quality.
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
@@ -83,10 +81,18 @@ class RunMetrics:
     cost_frames: Amount
     iou_healthy: Share | None
     utility: Annotated[float, Meta(ge=-MOST, le=1)] | None
-    diagnosis_precision: Share | None = None
-    diagnosis_recall: Share | None = None
-    t_diagnosis_s: Amount | None = None
-    frames_without_truth: Count = 0
+    diagnoses: Count
+    faults_detected: Count
+    faults_located: Count
+    faults_identified: Count
+    faults_top1: Count
+    t_detected_s: Amount | None
+    t_located_s: Amount | None
+    t_identified_s: Amount | None
+    false_alarms: Count
+    faultless_s: Amount
+    brier: Share
+    frames_without_truth: Count
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
     outcomes: tuple[FaultOutcome, ...] = ()
@@ -127,10 +133,6 @@ def score(timeline: Timeline) -> RunMetrics:
     found, masked_s = fault_outcomes(timeline, faults, failures, executed, healthy)
     needless = needless_adaptations(executed, faults)
     cost = sum(current_system().price(part.kind) for call in executed for part in call.parts)
-    diagnosed = diagnosis_figures(timeline, faults)
-    if diagnosed is not None:
-        pairs = zip(found, diagnosed.right, strict=True)
-        found = tuple(replace(outcome, diagnosed=right) for outcome, right in pairs)
     return RunMetrics(
         f_resolved_per_adaptation=len(resolved) / len(executed) if executed else None,
         t_react_s=_mean([episode.t_react for episode in resolved]),
@@ -159,11 +161,7 @@ def score(timeline: Timeline) -> RunMetrics:
         utility=None
         if iou_all is None or healthy is None
         else utility_of(iou_all, cost, healthy, timeline.expected_frames),
-        diagnosis_precision=None if diagnosed is None else diagnosed.precision,
-        diagnosis_recall=None if diagnosed is None else diagnosed.recall,
-        t_diagnosis_s=_mean(
-            [None if outcome.diagnosed is None else outcome.diagnosed - outcome.began for outcome in found]
-        ),
+        **diagnosis_figures(timeline, faults)._asdict(),
         frames_without_truth=without_truth,
         failures=failures,
         executed=executed,

@@ -42,7 +42,6 @@ class FaultOutcome:
         cured: since when it was cured, which may be while it was away [s]; None if it was not.
         uncured_s: how long it was there without a cure in place [s].
         masked_s: how long it was masked [s]; None where no frame has a truth.
-        diagnosed: when it was first part of a right diagnosis [s]; None if it was not, or none was published.
     """
 
     fault: str
@@ -52,7 +51,6 @@ class FaultOutcome:
     cured: Amount | None = None
     uncured_s: Amount = 0.0
     masked_s: Amount | None = 0.0
-    diagnosed: Amount | None = None
 
     @property
     def fate(self) -> str:

@@ -8,7 +8,7 @@ import math
 import reprlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 import msgspec
 from msgspec import UNSET, Meta, UnsetType
@@ -100,6 +100,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         duration_s: how long is measured [s].
         period_s: the time between two frames [s].
         expected_frames: how many frames are measured if none is lost.
+        task: of the managing system: `repair`, or `diagnose`, in which adaptations are refused.
         thinking_s: what every decision of the managing system took of the experiment's time [s]; where it did.
         entropy_threshold: F4 holds above it.
         sharpness_threshold: F5 holds below it.
@@ -152,6 +153,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     duration_s: Positive
     period_s: _Period
     expected_frames: Annotated[int, Meta(gt=0, le=MOST)]
+    task: Literal["repair", "diagnose"] = "repair"
     thinking_s: Positive | UnsetType = UNSET
     entropy_threshold: Positive
     sharpness_threshold: Positive
@@ -279,6 +281,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         flights: those that every scenario is run on, as they were named; each on its own if there is none.
         flight_facts: what results depend on of each flight but the default one, by its name.
         speed: seconds of `/clock` in a second; live.
+        task: of the managing systems: `repair` or `diagnose`.
         thinking_s: what every decision of a managing system takes of the experiment's time [s].
         versions: of everything that a record's bytes may depend on.
         extensions: of the system's description: name → checksum.
@@ -307,6 +310,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     timing: dict[str, float]
     middleware: str = "sim"
     speed: float = 1.0
+    task: Literal["repair", "diagnose"] = "repair"
     thinking_s: float = 0.0
     versions: dict[str, str]
     extensions: dict[str, str] = {}

@@ -231,6 +231,11 @@ def figures_of(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     )
     price = f"{counted(score.needless, 'needless adaptation')}; all cost {score.cost_frames:g} frames"
     yield "utility", shown(score.utility), price
-    if score.diagnosis_recall is not None:
-        found = f"recall {shown(score.diagnosis_recall)}, right after {shown(score.t_diagnosis_s, ' s')}"
-        yield "diagnosis precision", shown(score.diagnosis_precision), found
+    if score.diagnoses:
+        known = f"{score.faults_detected} detected, {score.faults_located} located"
+        alarms = counted(score.false_alarms or 0, "false alarm")
+        yield (
+            "faults identified",
+            f"{score.faults_identified} of {score.faults_injected}",
+            f"{known}; {alarms}",
+        )

@@ -274,7 +274,7 @@ def _diagnoses(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Diag
     return tuple(
         Diagnosis(
             _seconds(diagnosis.time_ns, start_ns),
-            dict(zip(diagnosis.message.faults, diagnosis.message.probabilities, strict=False)),
+            dict(zip(diagnosis.message.faults, map(float, diagnosis.message.probabilities), strict=False)),
         )
         for diagnosis in recorded
         if isinstance(diagnosis.message, msg.Diagnosis)

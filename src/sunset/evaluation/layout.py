@@ -9,11 +9,8 @@ from sunset.evaluation.estimates import METHOD, NO_INTERVAL
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import ScoreTable
-from sunset.evaluation.script_block import published_lines, script_blocks, script_notes
-from sunset.evaluation.summary import PUBLISHED_SOURCE, SystemRow
+from sunset.evaluation.summary import SystemRow
 from sunset.evaluation.treatments import fault_blocks, fault_notes, lines_of
-from sunset.metrics import SCRIPT_FIGURES
-from sunset.system import DURATION_S
 from sunset.texts import counted, printable, shorten, tallied
 
 _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
@@ -58,6 +55,7 @@ _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
         "iou_all": Column("IoU_all ↑", r"IoU$_\mathrm{all}\uparrow$", "frames that never came count as 0"),
     }
 )
+_PAPER: Final = ("f_resolved_per_adaptation", "t_react_s", "redeploys_unnecessary", "t_down_s", "iou")
 _MORE: Final = ("unresolved", "t_detect_s", "t_decide_s", "t_repair_s", "iou_all")
 _LACKING: Final = MappingProxyType(
     {
@@ -71,26 +69,26 @@ _LACKING: Final = MappingProxyType(
 """Figure → what it is called, and what happened in the runs that have none."""
 _SHOWN: Final = 10
 _LONGEST_REASON: Final = 300
-_PUBLISHED_NOTE: Final = (
-    f"Published: {PUBLISHED_SOURCE}; by other definitions, which docs/metrics.md compares with ours."
+_PAPER_NOTE: Final = (
+    "The paper's figures are by SUNSET's definitions. 'sunset report DIR --paper' shows them by those of the published "
+    "evaluation script, with the published ones."
 )
 
 
 def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = ()) -> Report:
-    """Return the report of a table's rows, with the paper's beside those that it can be compared with.
+    """Return the report of a table's rows.
 
     Args:
         rows: those of the paper's table.
         scores: what it leads with.
     """
-    main = tuple((*_group(row, SCRIPT_FIGURES), *published_lines(row.published)) for row in rows)
+    main = tuple(_group(row, _PAPER) for row in rows)
     more = tuple(_group(row, _MORE) for row in rows if not row.is_reference)
     blocks = (
         *lead_blocks(scores),
-        Block("The paper's figures", tuple(_COLUMNS[name] for name in SCRIPT_FIGURES), main, PAPER_LABEL),
+        Block("The paper's figures", tuple(_COLUMNS[name] for name in _PAPER), main, PAPER_LABEL),
         *fault_blocks(rows),
         Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more, "tab:sunset-more"),
-        *script_blocks(rows),
     )
     return Report(
         tuple(block for block in blocks if block.groups),
@@ -99,9 +97,8 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = ()) -> Rep
             *lead_notes(scores),
             METHOD,
             *fault_notes(rows),
-            *_comparability(rows),
+            _PAPER_NOTE,
             *_notes(rows),
-            *script_notes(rows),
         ),
     )
 
@@ -149,24 +146,6 @@ def _seeds(seeds: Collection[int]) -> str:
     if 1 < len(seeds) == last - first + 1:
         return f"seeds {first} to {last}"
     return _named("seed", "s", map(str, seeds))
-
-
-def _comparability(rows: Sequence[SystemRow]) -> list[str]:
-    """Say what the paper's figures are, and which rows have none beside them because they measure something else."""
-    notes = [_PUBLISHED_NOTE] if any(row.published for row in rows) else []
-    others = [row.system for row in rows if row.is_of_other_duration]
-    if others:
-        notes.append(
-            f"The paper measures {DURATION_S:g} s: its figures are not comparable with those of "
-            + _listed(others, "rows")
-        )
-    parts = [row.system for row in rows if row.is_of_part]
-    if parts:
-        notes.append(
-            "The paper runs whole suites: its figures are not comparable with those of "
-            + _listed(parts, "rows")
-        )
-    return notes
 
 
 def _notes(rows: Sequence[SystemRow]) -> list[str]:

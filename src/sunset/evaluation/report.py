@@ -15,7 +15,7 @@ from sunset.evaluation.layout import arrange
 from sunset.evaluation.report_charts import report_charts
 from sunset.evaluation.results import FIGURES, RunRow, load_results
 from sunset.evaluation.scores import SCORE_METHOD, ScoreTable, score_tables
-from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, published_names, summarise
+from sunset.evaluation.summary import SystemRow, summarise
 from sunset.evaluation.text import as_text
 from sunset.evaluation.treatments import TimeToCure, cured_rate, fates, times_to_cure
 from sunset.evaluation.webpage import as_html
@@ -94,15 +94,9 @@ def format_report(
 
 
 def _as_json(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
-    published = [
-        {"system": name}
-        | {figure: {"mean": mean, "std": std} for figure, (mean, std) in PUBLISHED[name].items()}
-        for name in published_names(rows)
-    ]
     content: dict[str, object] = {
         "scores": [table.to_json() for table in scores],
         "rows": [_json_row(row) for row in rows],
-        "published": {"source": PUBLISHED_SOURCE, "rows": published},
         "method": METHOD,
         "notes": arrange(rows, scores).notes,
     }
@@ -143,15 +137,13 @@ def _json_row(row: SystemRow) -> dict[str, object]:
             {"scenario": run.scenario, "seed": run.seed, "figures": list(run.differing)}
             for run in row.differing
         ],
-        "published": row.published,
-        "by_paper_script": row.by_paper_script and row.by_paper_script.to_json(),
     }
 
 
 def _as_csv(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
-    """Return a line for each score, difference and row, then the paper's; a cell is empty where there is no figure.
+    """Return a line for each score, difference and row; a cell is empty where there is no figure.
 
-    The column `source` says what a line is: `score`, `difference`, `ours` or `published`.
+    The column `source` says what a line is: `score`, `difference` or `ours`.
     """
     head = [
         "system",
@@ -183,11 +175,6 @@ def _as_csv(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
         for name, found in row.estimates.items():
             if found is not None:
                 cells |= _cells(name, found)
-        lines.append(cells)
-    for name in published_names(rows):
-        cells = {"system": name, "source": "published"}
-        for figure, pair in PUBLISHED[name].items():
-            cells |= dict(zip(_parts(figure)[:2], pair, strict=True))
         lines.append(cells)
     return csv_text([names, *([cells.get(name) for name in names] for cells in lines)])
 

@@ -35,9 +35,7 @@ def read_log(file: Path) -> list[LogRow]:
     except OSError as error:
         raise RecordError(f"The log {file} cannot be read: {error.strerror}.") from error
     except (csv.Error, ValueError) as error:
-        raise RecordError(
-            f"{file} is not a log of the published exemplar: {error}; correct it, or leave it out."
-        ) from error
+        raise RecordError(f"{file} is not a published log: {error}; leave it out.") from error
 
 
 def _row(cells: Mapping[str, str], place: str) -> LogRow:

@@ -6,6 +6,7 @@ rule whose symptom held. There is a rule for each failure.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Final
 
@@ -65,20 +66,14 @@ class _Rule:
 
     def holds_at(self, time_s: float) -> bool:
         latest = time_s + _TOLERANCE_S
-        return any(
-            spell.holds <= latest and (spell.ended is None or latest < spell.ended) for spell in self.spells
-        )
+        return any(spell.holds <= latest < (spell.ended or inf) for spell in self.spells)
 
 
 def rule_rows(timeline: Timeline, start_ns: int) -> list[LogRow]:
-    """Return the rows of the analyzer and of the planning.
+    """Return the rows of the analyzer and of the planning; 0 in the timeline is `start_ns` on the experiment's clock.
 
     A rule triggers with the adaptation that answers it, unless it is triggered already, and succeeds at the first look,
     every 0.2 s, at which its symptom does not hold.
-
-    Args:
-        timeline: what was observed.
-        start_ns: the time on the experiment's clock that is 0 in the timeline.
     """
     rules = [_rule(failure, timeline) for failure in current_system().failures.values()]
     rows: list[LogRow] = []
@@ -91,12 +86,12 @@ def rule_rows(timeline: Timeline, start_ns: int) -> list[LogRow]:
         time_s = adaptation.time
         strategy = "+".join(adaptation.parameters) or f"{adaptation.kind}_{adaptation.node}"
         rule = _answered(adaptation, rules)
-        if rule is not None and busy_until.get(rule.name, -np.inf) <= time_s:
+        if rule is not None and busy_until.get(rule.name, -inf) <= time_s:
             add(time_s, ANALYZER, rule.name)
             looks = np.arange(time_s + _LOOK_S, timeline.duration_s + _TOLERANCE_S, _LOOK_S)
-            gone_s = next((look for look in looks.tolist() if not rule.holds_at(look)), np.inf)
+            gone_s = next((look for look in looks.tolist() if not rule.holds_at(look)), inf)
             busy_until[rule.name] = gone_s
-            if gone_s < np.inf:
+            if gone_s < inf:
                 add(gone_s, ANALYZER, rule.name, strategy, SUCCEEDED)
         add(time_s, PLANNING, "", strategy, EXECUTED)
     return rows
@@ -121,8 +116,7 @@ def _answered(adaptation: ExecutedAdaptation, rules: Sequence[_Rule]) -> _Rule |
     It is the rule of a silence of the adapted node, or of a signal of that node or of one downstream. A call that sets
     parameters answers signals first, any other adaptation silences.
     """
-    able = [rule for rule in rules if adaptation.node in rule.nodes]
+    node, seen_s = adaptation.node, (adaptation.time, adaptation.time - _NEWS_S)
+    able = [rule for rule in rules if node in rule.nodes and any(map(rule.holds_at, seen_s))]
     sets = bool(adaptation.parameters)
-    able.sort(key=lambda rule: (rule.is_silence is sets, rule.nodes[0] != adaptation.node))
-    seen_s = (adaptation.time, adaptation.time - _NEWS_S)
-    return next((rule for rule in able if any(map(rule.holds_at, seen_s))), None)
+    return min(able, key=lambda rule: (rule.is_silence is sets, rule.nodes[0] != node), default=None)

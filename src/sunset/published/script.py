@@ -1,9 +1,9 @@
 """What a log of the published exemplar gives: by the published evaluation script, and by SUNSET's definitions."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import isnan
 from types import MappingProxyType
 from typing import Final
 
@@ -11,6 +11,9 @@ import numpy as np
 
 from sunset.metrics import downtime
 from sunset.system import DURATION_S, PERIOD_S
+
+OWN_FIGURES: Final = ("t_down_s", "iou", "iou_all")
+"""The figures of SUNSET for which a log suffices."""
 
 EVALUATOR: Final = "/evaluator_log"
 EXECUTOR: Final = "scenario_executor"
@@ -27,8 +30,7 @@ _LONGEST_GAP_NS: Final = 200_000_000
 _DROPPED_ROWS: Final = 4
 _ROWS_AFTER_LAST_EVENT: Final = 10
 _LEAST_FRAMES: Final = 10
-_WALL_NS: Final = 10**18
-"""No clock of an experiment gets here in 31 years."""
+_WALL_NS: Final = 10**18  # no clock of an experiment gets here in 31 years
 _REDEPLOY_ONLY: Final = frozenset({"hardware_disconnect", "memory_leakage", "gpu_failure"})
 
 
@@ -68,12 +70,12 @@ class LogFigures:
         refused: why the script counts nothing but the redeploys; empty if it counts everything.
         by_script: each of the paper's five figures → its values in this log: one of f_res/a_exec, #redeploy_u and
             t_down, one for each success of t_react, one for each frame of IoU.
-        own: t_down, IoU and IoU_all by SUNSET's definitions; nothing where they cannot be had.
+        own: each of `OWN_FIGURES` by SUNSET's definitions → its value, if there is one.
     """
 
     refused: str
     by_script: Mapping[str, Sequence[float]]
-    own: Mapping[str, float]
+    own: Mapping[str, Sequence[float]]
 
 
 def log_figures(log: Sequence[LogRow]) -> LogFigures:
@@ -126,25 +128,25 @@ def _reactions(rows: Iterable[LogRow]) -> tuple[list[float], str]:
 
 
 def _counted(rows: Sequence[LogRow]) -> dict[str, Sequence[float]]:
-    """Return the figures but for those that have to do with redeploys and reactions."""
     executed = sum(row.source == PLANNING and row.status == EXECUTED for row in rows)
     frames = [row for row in rows if row.source == EVALUATOR]
     gaps_ns = [later.time_ns - row.time_ns for row, later in pairwise(frames)]
     return {
         "f_resolved_per_adaptation": [sum(row.succeeds for row in rows) / executed] if executed else [],
         "t_down_s": [sum(gap for gap in gaps_ns if gap > _LONGEST_GAP_NS) / 1e9],
-        "iou": [row.iou for row in frames if not math.isnan(row.iou)],
+        "iou": [row.iou for row in frames if not isnan(row.iou)],
     }
 
 
-def _own_figures(log: Sequence[LogRow]) -> dict[str, float]:
+def _own_figures(log: Sequence[LogRow]) -> dict[str, Sequence[float]]:
     start_ns = next((row.time_ns for row in log if row.source == EXECUTOR), None)
     if start_ns is None:
         return {}
     seconds = np.array([(row.time_ns - start_ns) / 1e9 for row in log if row.source == EVALUATOR])
     ious = np.array([row.iou for row in log if row.source == EVALUATOR])
-    ious = ious[(seconds >= 0) & (seconds < DURATION_S) & ~np.isnan(ious)]
-    found = {"t_down_s": downtime(seconds, period_s=PERIOD_S, duration_s=DURATION_S)}
-    if ious.size:
-        found |= {"iou": float(ious.mean()), "iou_all": float(ious.sum()) * PERIOD_S / DURATION_S}
-    return found
+    ious = ious[(seconds >= 0) & (seconds < DURATION_S)]
+    return {
+        "t_down_s": [downtime(seconds, period_s=PERIOD_S, duration_s=DURATION_S)],
+        "iou": [float(ious.mean())] if ious.size else [],
+        "iou_all": [float(ious.sum()) * PERIOD_S / DURATION_S],
+    }

@@ -1,7 +1,7 @@
 """The paper's five figures by the published script's rules, with the paper's row beneath."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -18,11 +18,12 @@ from sunset.evaluation.text import as_text
 from sunset.evaluation.webpage import as_html
 from sunset.published.log_files import find_logs, read_log
 from sunset.published.run_logs import log_of_run
-from sunset.published.script import LogFigures, log_figures
-from sunset.texts import listed, printable, tallied
+from sunset.published.script import OWN_FIGURES, LogFigures, log_figures
+from sunset.texts import printable, tallied
 from sunset.workers import Progress
 
-PAPER_FORMATS: Final = ("table", "latex", "html", "json")
+_RENDERERS: Final = MappingProxyType({"table": as_text, "latex": as_latex, "html": as_html})
+PAPER_FORMATS: Final = (*_RENDERERS, "json")
 
 PUBLISHED: Final[Mapping[str, Quantity]] = MappingProxyType(
     {
@@ -35,16 +36,9 @@ PUBLISHED: Final[Mapping[str, Quantity]] = MappingProxyType(
 )
 """The paper's baseline: Wiedholz et al., SUNSET, RoSE '26, Table 1."""
 
-_SUITE: Final = "paper"
 _COLUMNS: Final = (
-    Column(
-        "f_res/a_exec ↑",
-        r"$\frac{f_\mathrm{resolved}}{a_\mathrm{executed}}\uparrow$",
-        "rules that succeeded, per executed strategy",
-    ),
-    Column(
-        "t_react [s] ↓", r"$t_\mathrm{react}\,[\mathrm{s}]\downarrow$", "from a rule's trigger to its success"
-    ),
+    Column("f_res/a_exec ↑", r"$\frac{f_\mathrm{resolved}}{a_\mathrm{executed}}\uparrow$", "of the rules"),
+    Column("t_react [s] ↓", r"$t_\mathrm{react}\,[\mathrm{s}]\downarrow$", "from trigger to success"),
     Column("#redeploy_u ↓", r"$\#\mathrm{redeploy}_\mathrm{u}\downarrow$", "redeploys that no fault needed"),
     Column("t_down [s] ↓", r"$t_\mathrm{down}\,[\mathrm{s}]\downarrow$", "gaps between frames"),
     Column("IoU ↑", r"IoU $\uparrow$", "mean over the frames"),
@@ -73,20 +67,22 @@ class _Row:
 
     @property
     def by_script(self) -> dict[str, Quantity | None]:
-        return {
-            name: _quantity([value for log in self.logs for value in log.by_script.get(name, ())])
-            for name in PUBLISHED
-        }
+        return {name: _pooled([log.by_script.get(name, ()) for log in self.logs]) for name in PUBLISHED}
 
     @property
     def own(self) -> dict[str, Quantity | None]:
-        return {
-            name: _quantity([log.own[name] for log in self.logs if name in log.own])
-            for name in ("t_down_s", "iou", "iou_all")
-        }
+        return {name: _pooled([log.own.get(name, ()) for log in self.logs]) for name in OWN_FIGURES}
+
+    def line(self, figures: Mapping[str, Quantity | None]) -> tuple[Line]:
+        return (Line(LineKind.OURS, self.label, str(len(self.logs)), tuple(figures.values())),)
+
+    def to_json(self, *, are_logs: bool) -> dict[str, object]:
+        about = {"system": self.label, "logs": len(self.logs), "logs_refused": len(self.refused)}
+        return about | _pairs(self.by_script) | ({"own": _pairs(self.own)} if are_logs else {})
 
 
-def _quantity(values: Sequence[float]) -> Quantity | None:
+def _pooled(logs: Iterable[Sequence[float]]) -> Quantity | None:
+    values = [value for log in logs for value in log]
     return Quantity(float(np.mean(values)), float(np.std(values))) if values else None
 
 
@@ -105,7 +101,7 @@ def paper_report(path: Path, form: str = "table", *, progress: Progress | None =
     """
     if form not in PAPER_FORMATS:
         raise InvalidInputError(
-            f"The paper's figures have the formats {listed(PAPER_FORMATS)}, got {form!r}."
+            f"The format with --paper must be one of {', '.join(PAPER_FORMATS)}, got {form!r}."
         )
     files = find_logs(path)
     read = read_log if files else log_of_run
@@ -117,36 +113,35 @@ def paper_report(path: Path, form: str = "table", *, progress: Progress | None =
             progress(done, len(sources))
     rows = [_Row(label, logs) for label, logs in found.items()]
     report = _arranged(rows, are_logs=bool(files))
-    match form:
-        case "json":
-            return _as_json(rows, report.notes)
-        case "latex":
-            return as_latex(report)
-        case "html":
-            return as_html(report)
-    return as_text(report)
+    if form in _RENDERERS:
+        return _RENDERERS[form](report)
+    content = {
+        "rows": [row.to_json(are_logs=bool(files)) for row in rows],
+        "published": {"system": "baseline", **_pairs(PUBLISHED)},
+        "notes": report.notes,
+    }
+    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _paper_runs(path: Path) -> list[tuple[str, Path]]:
     """Return the folders of the runs that count, each with the name of its row."""
-    runs = [run for run in load_results(path) if run.suite == _SUITE and run.valid and not run.is_empty]
+    runs = [run for run in load_results(path) if run.suite == "paper" and run.valid and not run.is_empty]
     if not runs:
-        raise RecordError(f"There is neither a valid run of the suite {_SUITE} nor a log below {path}.")
+        raise RecordError(f"There is neither a valid run of the suite paper nor a log below {path}.")
     return [(label, run.folder) for label, group in named_groups(runs) for run in group]
 
 
 def _arranged(rows: Sequence[_Row], *, are_logs: bool) -> Report:
     """Return the report; a row of which the script refuses every log is not in the block by the script."""
-    blocks = []
-    notes = []
-    counted = [(row, row.by_script) for row in rows if len(row.refused) < len(row.logs)]
+    blocks, notes = [], []
+    counted = [row for row in rows if len(row.refused) < len(row.logs)]
     if counted:
-        groups = [(_line(row.label, row, figures),) for row, figures in counted]
+        groups = [row.line(row.by_script) for row in counted]
         groups.append((Line(LineKind.PUBLISHED, "baseline, published", "", tuple(PUBLISHED.values())),))
         blocks.append(Block("By the published script", _COLUMNS[:5], tuple(groups), "tab:sunset-paper"))
         notes.append(_METHOD)
     if are_logs:
-        groups = [(_line(row.label, row, row.own),) for row in rows]
+        groups = [row.line(row.own) for row in rows]
         blocks.append(Block("By SUNSET's definitions", _COLUMNS[3:], tuple(groups), "tab:sunset-logs"))
         notes.append(_OWN_METHOD)
     notes += [
@@ -156,23 +151,6 @@ def _arranged(rows: Sequence[_Row], *, are_logs: bool) -> Report:
         if row.refused
     ]
     return Report(tuple(blocks), tuple(notes))
-
-
-def _line(label: str, row: _Row, figures: Mapping[str, Quantity | None]) -> Line:
-    return Line(LineKind.OURS, label, str(len(row.logs)), tuple(figures.values()))
-
-
-def _as_json(rows: Sequence[_Row], notes: Sequence[str]) -> str:
-    content = {
-        "rows": [
-            {"system": row.label, "logs": len(row.logs), "logs_refused": len(row.refused)}
-            | {"by_script": _pairs(row.by_script), "own": _pairs(row.own)}
-            for row in rows
-        ],
-        "published": {"system": "baseline", "by_script": _pairs(PUBLISHED)},
-        "notes": notes,
-    }
-    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _pairs(figures: Mapping[str, Quantity | None]) -> dict[str, object]:

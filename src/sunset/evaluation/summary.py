@@ -37,7 +37,6 @@ class SystemRow:
         system: what the row is called.
         version: of the package that the runs were made with.
         scenarios: the names of those that were run.
-        suite_size: how many there are in the suite; 0 if that is not known.
         seeds: those that were run.
         runs: how many valid runs there are.
         estimates: figure → estimate over the valid runs; None where it is not applicable.
@@ -76,18 +75,11 @@ class SystemRow:
     warning: str = ""
     outcomes: tuple[FaultOutcome, ...] = ()
     untold: int = 0
-    suite_size: int = 0
 
     @property
     def is_reference(self) -> bool:
         """Whether it shows what can be had without a managing system, and judges none."""
         return (self.suite, self.manager) in TABLE_REFERENCES
-
-    @property
-    def has_adapted(self) -> bool:
-        """Whether anything was adapted in its runs."""
-        adaptations = self.estimates["adaptations"]
-        return adaptations is not None and adaptations.mean > 0
 
     @property
     def unresolved_rate(self) -> float | None:
@@ -217,7 +209,6 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         middleware=first.middleware,
         version=first.version,
         scenarios=scenarios_of(group),
-        suite_size=max(run.suite_size for run in group),
         seeds=frozenset(run.seed for run in group),
         runs=len(valid),
         estimates=MappingProxyType(

@@ -1,10 +1,8 @@
-"""`sunset report`: the table of stored runs or of published logs, or the time line of one run."""
+"""`sunset report`: the table of stored runs, or the time line of one run."""
 
 import argparse
 import sys
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
 
 from sunset.api.site import write_site
 from sunset.cli._options import add_format_options
@@ -13,41 +11,35 @@ from sunset.errors import InvalidInputError, RecordError
 from sunset.evaluation import (
     FORMATS,
     RUNS_FORMATS,
-    find_logs,
-    render_logs,
     render_report,
     render_runs,
     write_figures,
-    write_logs,
 )
 from sunset.experiments import count_runs
+from sunset.published import paper_report
 from sunset.recording import RUN_FILE, read_stored_run
-
-_ORIGINAL_CSV: Final = "original-csv"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
         "Read the runs below a folder and print the paper's table; of the folder of one run, print its "
-        "time line. Or read logs of the published exemplar, and print what can be had from them. Nothing is run again."
+        "time line. Nothing is run again."
     )
     parser.add_argument(
-        "paths",
+        "path",
         type=Path,
-        nargs="+",
         metavar="PATH",
-        help="what 'sunset bench --out' or 'run --out' wrote; or published logs: files of CSV, or folders of such",
+        help="what 'sunset bench --out' or 'run --out' wrote; with --paper, also published logs",
     )
     add_format_options(
-        parser,
-        (*FORMATS, _ORIGINAL_CSV),
-        "how the table is printed (default: table; of one run, its time line); or original-csv: write a log of each "
-        "run into the folder --out, which the paper's evaluation script reads",
-        default=None,
+        parser, FORMATS, "how the table is printed (default: table; of one run, its time line)", default=None
     )
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help=f"with --format {_ORIGINAL_CSV}: the new folder of the logs"
+        "--paper",
+        action="store_true",
+        help="print the paper's five figures by the published evaluation script, with the published ones; PATH may be "
+        "a log of the published exemplar, or a folder of logs",
     )
     parser.add_argument(
         "--runs",
@@ -83,18 +75,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> None:
     """Print the report."""
     form, again = arguments.format, arguments.recompute
-    if (arguments.out is not None) is not (form == _ORIGINAL_CSV):
-        raise InvalidInputError(
-            f"--format {_ORIGINAL_CSV} and --out, the folder that it is written to, need each other; any other format "
-            "is printed."
-        )
-    logs = find_logs(arguments.paths)
-    if logs:
-        _print_logs(logs, arguments)
-        return
-    (folder,) = arguments.paths
-    if form == _ORIGINAL_CSV:
-        _write_logs(folder, arguments)
+    folder = arguments.path
+    if arguments.paper:
+        _print_paper(folder, arguments)
     elif arguments.figures is not None:
         _write_figures(folder, arguments)
     elif arguments.site is not None:
@@ -117,16 +100,12 @@ def execute(arguments: argparse.Namespace) -> None:
         print_report(folder, form or "table", every=arguments.every, recompute=again)
 
 
-def _print_logs(logs: Sequence[Path], arguments: argparse.Namespace) -> None:
-    """Print the report of published logs."""
-    others = (arguments.runs, arguments.recompute, arguments.site, arguments.figures, arguments.out)
-    if any(others):
-        raise InvalidInputError(
-            f"{arguments.paths[0]} has published logs and not runs: leave out --runs, --site, --figures, "
-            f"--recompute and --format {_ORIGINAL_CSV}."
-        )
+def _print_paper(path: Path, arguments: argparse.Namespace) -> None:
+    """Print the paper's figures by the published evaluation script."""
+    if arguments.runs or arguments.recompute or arguments.site or arguments.figures:
+        raise InvalidInputError("Leave out --runs, --site, --figures and --recompute with --paper.")
     with progress_bar("Reading logs") as progress:
-        text = render_logs(logs, arguments.format or "table", progress=progress)
+        text = paper_report(path, arguments.format or "table", progress=progress)
     print(text.rstrip("\n"))
 
 
@@ -141,18 +120,6 @@ def _write_figures(folder: Path, arguments: argparse.Namespace) -> None:
         written = write_figures(
             folder, arguments.figures, recompute=again, progress=progress if again else None
         )
-    print(written, file=sys.stderr)
-
-
-def _write_logs(folder: Path, arguments: argparse.Namespace) -> None:
-    """Write the logs of stored runs."""
-    if arguments.runs or arguments.recompute or arguments.site or arguments.figures:
-        raise InvalidInputError(
-            "Logs are written from the messages: leave out --runs, --site, --figures and --recompute with "
-            f"{_ORIGINAL_CSV}."
-        )
-    with progress_bar("Writing logs") as progress:
-        written = write_logs(folder, arguments.out, progress=progress)
     print(written, file=sys.stderr)
 
 

@@ -10,11 +10,9 @@ from sunset.evaluation.estimates import METHOD, NO_INTERVAL
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import ScoreTable
-from sunset.evaluation.script_block import published_lines, script_blocks, script_notes
-from sunset.evaluation.summary import PAPER_SUITES, PUBLISHED_SOURCE, SystemRow
+from sunset.evaluation.summary import PAPER_SUITES, SystemRow
 from sunset.evaluation.treatments import fault_blocks, lines_of
-from sunset.metrics import SCRIPT_FIGURES
-from sunset.system import DURATION_S, REPAIR
+from sunset.system import REPAIR
 from sunset.texts import counted, printable, shorten, tallied
 
 _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
@@ -59,6 +57,7 @@ _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
         "iou_all": Column("IoU_all ↑", r"IoU$_\mathrm{all}\uparrow$", "frames that never came count as 0"),
     }
 )
+_PAPER: Final = ("f_resolved_per_adaptation", "t_react_s", "redeploys_unnecessary", "t_down_s", "iou")
 _MORE: Final = ("unresolved", "t_detect_s", "t_decide_s", "t_repair_s", "iou_all")
 _LACKING: Final = MappingProxyType(
     {
@@ -70,8 +69,9 @@ _LACKING: Final = MappingProxyType(
 """Figure → what it is called, and what happened in the runs that have none."""
 _SHOWN: Final = 10
 _LONGEST_REASON: Final = 300
-_PUBLISHED_NOTE: Final = (
-    f"Published: {PUBLISHED_SOURCE}; by other definitions, which docs/metrics.md compares with ours."
+_PAPER_NOTE: Final = (
+    "The paper's figures are by SUNSET's definitions. 'sunset report DIR --paper' shows them by those of the published "
+    "evaluation script, with the published ones."
 )
 
 
@@ -85,15 +85,14 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
     """
     repairing = [row for row in rows if row.task == REPAIR]
     papers = [row for row in repairing if every or row.suite in PAPER_SUITES]
-    main = tuple((*_group(row, SCRIPT_FIGURES), *published_lines(row.published)) for row in papers)
+    main = tuple(_group(row, _PAPER) for row in papers)
     more = tuple(_group(row, _MORE) for row in repairing if every and not row.is_reference)
     blocks = (
         *lead_blocks(scores),
-        Block("The paper's figures", tuple(_COLUMNS[name] for name in SCRIPT_FIGURES), main, PAPER_LABEL),
+        Block("The paper's figures", tuple(_COLUMNS[name] for name in _PAPER), main, PAPER_LABEL),
         *(fault_blocks(repairing) if every else ()),
         *diagnosis_blocks(rows),
         Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more, "tab:sunset-more"),
-        *(script_blocks(repairing) if every else ()),
     )
     return Report(
         tuple(block for block in blocks if block.groups),
@@ -101,9 +100,8 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
             *_provenance(rows),
             *lead_notes(scores),
             METHOD,
-            *_comparability(papers),
+            *([_PAPER_NOTE] if papers else ()),
             *_notes(rows, shown=papers),
-            *(script_notes(repairing) if every else ()),
         ),
     )
 
@@ -151,24 +149,6 @@ def _seeds(seeds: Collection[int]) -> str:
     if 1 < len(seeds) == last - first + 1:
         return f"seeds {first} to {last}"
     return _named("seed", "s", map(str, seeds))
-
-
-def _comparability(rows: Sequence[SystemRow]) -> list[str]:
-    """Say what the paper's figures are, and which rows have none beside them because they measure something else."""
-    notes = [_PUBLISHED_NOTE] if any(row.published for row in rows) else []
-    others = [row.system for row in rows if row.is_of_other_duration]
-    if others:
-        notes.append(
-            f"The paper measures {DURATION_S:g} s: its figures are not comparable with those of "
-            + _listed(others, "rows")
-        )
-    parts = [row.system for row in rows if row.is_of_part]
-    if parts:
-        notes.append(
-            "The paper runs whole suites: its figures are not comparable with those of "
-            + _listed(parts, "rows")
-        )
-    return notes
 
 
 def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str]:

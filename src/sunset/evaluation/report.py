@@ -15,7 +15,7 @@ from sunset.evaluation.layout import arrange
 from sunset.evaluation.report_charts import report_charts
 from sunset.evaluation.results import RunRow, load_results
 from sunset.evaluation.scores import SCORE_METHOD, ScoreTable, score_tables
-from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, published_names, summarise
+from sunset.evaluation.summary import SystemRow, summarise
 from sunset.evaluation.text import as_text
 from sunset.evaluation.treatments import cured_rate, fates
 from sunset.evaluation.webpage import as_html
@@ -111,15 +111,9 @@ def format_report(
 
 
 def _as_json(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
-    published = [
-        {"system": name}
-        | {figure: {"mean": mean, "std": std} for figure, (mean, std) in PUBLISHED[name].items()}
-        for name in published_names(rows)
-    ]
     content: dict[str, object] = {
         "scores": [table.to_json() for table in scores],
         "rows": [_json_row(row) for row in rows],
-        "published": {"source": PUBLISHED_SOURCE, "rows": published},
         "method": METHOD,
         "notes": arrange(rows, scores, every=True).notes,
     }
@@ -160,8 +154,6 @@ def _json_row(row: SystemRow) -> dict[str, object]:
             {"scenario": run.scenario, "seed": run.seed, "figures": list(run.differing)}
             for run in row.differing
         ],
-        "published": row.published,
-        "by_paper_script": row.by_paper_script and row.by_paper_script.to_json(),
     }
 
 

@@ -13,7 +13,7 @@ from msgspec import UNSET, to_builtins
 
 from sunset.errors import RecordError
 from sunset.evaluation.intervals import Cluster
-from sunset.metrics import Evidence, FaultOutcome, LogFigures, RunMetrics, log_figures, score
+from sunset.metrics import Evidence, FaultOutcome, RunMetrics, score
 from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
@@ -21,7 +21,6 @@ from sunset.recording import (
     check_extensions,
     differences,
     measured_topics,
-    published_log,
     read_messages,
     read_run,
     stored_figures,
@@ -36,7 +35,7 @@ FIGURES: Final = RunMetrics.names()
 _SIMULATED: Final = "sim"
 _RESULTS: Final = frozenset(
     {
-        *("versions", "manager_versions", "start_ns", "metrics", "fault_outcomes", "by_paper_script"),
+        *("versions", "manager_versions", "start_ns", "metrics", "fault_outcomes"),
         *("evidence", "valid", "reason", "digest"),
     }
 )
@@ -119,7 +118,6 @@ class RunRow:
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         is_empty: whether it failed as a whole, so that there is no record and no figure.
         differing: the figures that were computed again and are stored otherwise.
-        by_paper_script: what the paper's evaluation script takes from the run; None if that is not known.
     """
 
     folder: Path
@@ -152,7 +150,6 @@ class RunRow:
     warning: str = ""
     is_empty: bool = False
     differing: tuple[str, ...] = ()
-    by_paper_script: LogFigures | None = None
 
     @property
     def cluster(self) -> Cluster:
@@ -243,7 +240,7 @@ def _check_copy(row: RunRow, known: RunRow) -> None:
     Raises:
         RecordError: something else is stored beside them, so that one of the two was edited.
     """
-    for name in ("scenario", "faults", "model", "seed", "valid", "metrics", "by_paper_script"):
+    for name in ("scenario", "faults", "model", "seed", "valid", "metrics"):
         values = getattr(row, name), getattr(known, name)
         if values[0] != values[1] and None not in values:
             raise RecordError(
@@ -276,21 +273,19 @@ def recompute(folder: Path) -> Mapping[str, float | None]:
     Raises:
         RecordError: the record is missing or damaged.
     """
-    return MappingProxyType(_computed(read_run(folder), folder)[0].to_json())
+    return MappingProxyType(_computed(read_run(folder), folder).to_json())
 
 
-def _computed(run: RunRecord, folder: Path) -> tuple[RunMetrics, LogFigures]:
-    """Return a run's figures, and those of the paper's evaluation script, from its recorded messages."""
+def _computed(run: RunRecord, folder: Path) -> RunMetrics:
+    """Return a run's figures, from its recorded messages."""
     check_extensions(run, folder)
-    messages = read_messages(folder, measured_topics())
-    observed = timeline_of(run, messages)
-    return score(observed), log_figures(published_log(messages, observed))
+    return score(timeline_of(run, read_messages(folder, measured_topics())))
 
 
 def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
-    metrics, outcomes, log, differing = _figures(run, folder, again=again and not run.is_empty)
+    metrics, outcomes, differing = _figures(run, folder, again=again and not run.is_empty)
     extensions = {"extensions": run.extensions} if run.extensions else {}
     return RunRow(
         folder=folder,
@@ -307,7 +302,6 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         metrics=metrics,
         outcomes=outcomes,
         evidence=run.evidence,
-        by_paper_script=log,
         differing=differing,
         version=run.versions.get("sunset", ""),
         others={name: value for name, value in run.versions.items() if name != "sunset"}
@@ -338,15 +332,13 @@ def _recipe(run: RunRecord) -> str:
 
 def _figures(
     run: RunRecord, folder: Path, *, again: bool
-) -> tuple[Mapping[str, float | None], tuple[FaultOutcome, ...], LogFigures | None, tuple[str, ...]]:
-    """Return a run's figures, what became of its faults, what the paper's script takes, and what of it differs."""
-    log = None if run.by_paper_script is UNSET else run.by_paper_script
+) -> tuple[Mapping[str, float | None], tuple[FaultOutcome, ...], tuple[str, ...]]:
+    """Return a run's figures, what became of its faults, and what of it differs."""
     if not again:
         figures = stored_figures(run, folder / RUN_FILE)
-        return figures, run.fault_outcomes, log, ()
-    computed, log_computed = _computed(run, folder)
-    differing = (*differences(run, computed), *["by_paper_script"] * (log not in {None, log_computed}))
-    return MappingProxyType(computed.to_json()), computed.outcomes, log_computed, differing
+        return figures, run.fault_outcomes, ()
+    computed = _computed(run, folder)
+    return MappingProxyType(computed.to_json()), computed.outcomes, differences(run, computed)
 
 
 def _checksum(values: Mapping[str, object]) -> str:

@@ -12,39 +12,12 @@ from msgspec.inspect import FloatType, IntType, UnionType, type_info
 
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
-from sunset.evaluation.script_figures import ScriptFigures
 from sunset.evaluation.system_styles import SHIPPED
 from sunset.metrics import FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES
 from sunset.schemas import fields_of
-from sunset.system import DURATION_S, REPAIR
+from sunset.system import REPAIR
 
-PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
-
-PUBLISHED: Final[Mapping[str, Mapping[str, tuple[float, float]]]] = MappingProxyType(
-    {
-        "none, no faults": MappingProxyType({"iou": (0.47, 0.02)}),
-        "none, F4 and F5": MappingProxyType({"iou": (0.28, 0.08)}),
-        "baseline": MappingProxyType(
-            {
-                "f_resolved_per_adaptation": (0.89, 0.16),
-                "t_react_s": (1.44, 1.32),
-                "redeploys_unnecessary": (2.02, 1.04),
-                "t_down_s": (6.52, 4.67),
-                "iou": (0.30, 0.09),
-            }
-        ),
-    }
-)
-"""The paper's table: managing system → figure → (mean, standard deviation)."""
-
-_PUBLISHED_OF: Final = MappingProxyType(
-    {
-        ("nofault", "none"): "none, no faults",
-        ("degraded", "none"): "none, F4 and F5",
-        ("paper", "baseline"): "baseline",
-    }
-)
 _REFERENCE_FIGURES: Final = (
     "iou",
     "iou_all",
@@ -68,7 +41,6 @@ class SystemRow:
         task: `repair` or `diagnose`.
         version: of the package that the runs were made with.
         scenarios: the names of those that were run.
-        suite_size: how many there are in the suite; 0 if that is not known.
         seeds: those that were run.
         runs: how many valid runs there are.
         estimates: figure → estimate over the valid runs; None where it is not applicable.
@@ -81,7 +53,6 @@ class SystemRow:
         contradicting: pairs of runs that should have the same messages and do not.
         several: the packages of which the runs had several versions: name → versions.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
-        by_paper_script: the figures of the paper's evaluation script; None if those of a valid run are not known.
         outcomes: what became of the faults of all valid runs; nothing of reference rows.
     """
 
@@ -106,37 +77,12 @@ class SystemRow:
     contradicting: tuple[tuple[RunRow, RunRow], ...] = ()
     several: Mapping[str, Sequence[str]] = field(default_factory=dict)
     warning: str = ""
-    by_paper_script: ScriptFigures | None = None
     outcomes: tuple[FaultOutcome, ...] = ()
-    suite_size: int = 0
-
-    @property
-    def published(self) -> str | None:
-        """The name of the paper's row that this one is comparable with; None if there is none."""
-        if self.is_of_other_duration or self.is_of_part:
-            return None
-        return _PUBLISHED_OF.get((self.suite, self.manager))
-
-    @property
-    def is_of_other_duration(self) -> bool:
-        """Whether another time is measured than the paper's."""
-        return self.flight.duration_s != DURATION_S
-
-    @property
-    def is_of_part(self) -> bool:
-        """Whether some scenarios of its suite were not run."""
-        return len(self.scenarios) < self.suite_size
 
     @property
     def is_reference(self) -> bool:
         """Whether it shows what can be had without a managing system, and judges none."""
         return (self.suite, self.manager) in TABLE_REFERENCES
-
-    @property
-    def has_adapted(self) -> bool:
-        """Whether anything was adapted in its runs."""
-        adaptations = self.estimates["adaptations"]
-        return adaptations is not None and adaptations.mean > 0
 
     @property
     def unresolved_rate(self) -> float | None:
@@ -225,12 +171,6 @@ def part_label(group: Sequence[RunRow]) -> str:
     return f" [{run} of {size} scenarios]" if run < size else ""
 
 
-def published_names(rows: Iterable[SystemRow]) -> list[str]:
-    """Return the names of the paper's rows beside which one of these stands, in the paper's order."""
-    shown = {row.published for row in rows}
-    return [name for name in PUBLISHED if name in shown]
-
-
 def _order(run: RunRow) -> tuple[object, ...]:
     """Return what rows are sorted by: references, then suites, then managing systems."""
     pair = (run.suite, run.manager)
@@ -281,7 +221,6 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         task=first.task,
         version=first.version,
         scenarios=scenarios_of(group),
-        suite_size=max(run.suite_size for run in group),
         seeds=frozenset(run.seed for run in group),
         runs=len(valid),
         estimates=MappingProxyType(
@@ -297,7 +236,6 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         several=_several(group),
         warning=first.warning,
         outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes),
-        by_paper_script=_by_paper_script(valid),
     )
 
 
@@ -317,9 +255,3 @@ def _several(runs: Sequence[RunRow]) -> dict[str, list[str]]:
         for name, version in run.others.items():
             found.setdefault(name, set()).add(version)
     return {name: sorted(versions) for name, versions in sorted(found.items()) if len(versions) > 1}
-
-
-def _by_paper_script(runs: Sequence[RunRow]) -> ScriptFigures | None:
-    """Return the figures of the paper's evaluation script; None if there is no run, or those of one are not known."""
-    logs = [run.by_paper_script for run in runs if run.by_paper_script is not None]
-    return ScriptFigures.of(logs) if runs and len(logs) == len(runs) else None

@@ -26,14 +26,13 @@ from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import Command, FaultInjection
 from sunset.isolation import Watch
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
-from sunset.metrics import Evidence, RunMetrics, Timeline, log_figures, score
+from sunset.metrics import Evidence, RunMetrics, Timeline, score
 from sunset.recording import (
     RecordedMessage,
     RecordWriter,
     RunRecord,
     StoredRun,
     log_of,
-    published_log,
     told_topics,
 )
 from sunset.recording.reader import timeline_of
@@ -114,7 +113,6 @@ def run_prepared(
                 start_ns=outcome.start_ns,
                 metrics=figures.to_json(),
                 fault_outcomes=figures.outcomes,
-                by_paper_script=log_figures(published_log(messages, observed)),
                 computer_kept_up=not shortfall if spec.settings.live else UNSET,
                 frames_lost=frames_lost,
                 valid=not reasons,

@@ -14,7 +14,7 @@ import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
 from sunset.errors import RecordError
-from sunset.metrics import Evidence, FaultOutcome, LogFigures, RunMetrics
+from sunset.metrics import Evidence, FaultOutcome, RunMetrics
 from sunset.metrics.limits import MOST, Amount, Count, Positive, Share
 from sunset.schemas import convert, fields_of, read_json
 
@@ -109,7 +109,6 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         start_ns: when faults were injected, in nanoseconds of the experiment's clock.
         metrics: the figures by name; `stored_figures` checks them.
         fault_outcomes: what became of each fault.
-        by_paper_script: what the paper's evaluation script would take from the run; where there are messages.
         computer_kept_up: whether the computer was fast enough; of a live run.
         frames_lost: how many frames were lost before anything was wrong; of a live run, in which one, or 2 %, may be.
         valid: whether the run counts.
@@ -162,7 +161,6 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     start_ns: int | UnsetType = UNSET
     metrics: Mapping[str, object]
     fault_outcomes: tuple[FaultOutcome, ...] = ()
-    by_paper_script: LogFigures | UnsetType = UNSET
     computer_kept_up: bool | UnsetType = UNSET
     frames_lost: Count | UnsetType = UNSET
     valid: bool

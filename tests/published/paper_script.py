@@ -1,7 +1,6 @@
 """The rules of the paper's evaluation script as they are described, written anew: logs on disk → the five figures.
 
-Nothing of the package is used, so that both can be compared. One function reads with the standard library's `csv`,
-the other one with pandas, which guesses the types of columns.
+Nothing of the package is used, so that both can be compared.
 """
 
 import csv
@@ -9,7 +8,6 @@ import itertools
 import statistics
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 Figures = dict[str, tuple[float, float] | None]
 
@@ -56,42 +54,5 @@ def evaluate_with_csv(files: Iterable[Path]) -> Figures:
         times = [int(row["timestamp"]) for row in frames]
         downtimes.append(sum(b - a for a, b in itertools.pairwise(times) if b - a > 2e8) / 1e9)
         ious += [float(row["iou"]) for row in frames]
-    values = (shares, reactions, unneeded, downtimes, ious)
-    return dict(zip(("f/a", "t_react", "#redeploy_u", "t_down", "IoU"), map(spread, values), strict=True))
-
-
-def evaluate_with_pandas(files: Iterable[Path], pd: Any) -> Figures:
-    shares, reactions, unneeded, downtimes = [], [], [], []
-    pooled = []
-    for file in files:
-        log = pd.read_csv(file)
-        assert log["timestamp"].is_monotonic_increasing
-        log = log.iloc[:-4]
-        others = log.index[log["source"] != "/evaluator_log"]
-        if len(others):
-            log = log.loc[: others[-1] + 10]
-        plans = log[(log["source"] == "planning") & (log["strategy_status"] == 1)]
-        needed = (log["source"] == "scenario_executor") & log["gt_failure_name"].isin(NEEDING)
-        unneeded.append(
-            float(plans["strategy_name"].astype(str).str.contains("redeploy").sum() - needed.sum())
-        )
-        frames = log[log["source"] == "/evaluator_log"]
-        analyzer = log[log["source"] == "analyzer"]
-        if len(frames) < 10 or analyzer.empty:
-            continue
-        assert ((log["timestamp"] > 0) & (log["timestamp"] < WALL_NS)).all()
-        succeeded = analyzer["strategy_status"].isin([3, 5])
-        assert (analyzer["strategy_name"].isna() == (analyzer["strategy_status"] == 0)).all()
-        for _, rule in analyzer.groupby("rule_name"):
-            triggers = rule[rule["strategy_name"].isna()]["timestamp"].to_list()
-            outcomes = rule[rule["strategy_status"].isin([3, 5])]["timestamp"].to_list()
-            assert 0 <= len(triggers) - len(outcomes) <= 1
-            assert rule["strategy_name"].isna().to_list() == [at % 2 == 0 for at in range(len(rule))]
-            reactions += [(end - begin) / 1e9 for begin, end in zip(triggers, outcomes, strict=False)]
-        shares.append(float(succeeded.sum() / len(plans)))
-        gaps = frames["timestamp"].diff()
-        downtimes.append(float(gaps[gaps > 2e8].sum() / 1e9))
-        pooled.append(frames["iou"])
-    ious = [float(iou) for iou in pd.concat(pooled)] if pooled else []
     values = (shares, reactions, unneeded, downtimes, ious)
     return dict(zip(("f/a", "t_react", "#redeploy_u", "t_down", "IoU"), map(spread, values), strict=True))

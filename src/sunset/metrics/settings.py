@@ -16,6 +16,7 @@ from sunset.system import (
     Key,
     comparable_text,
     current_system,
+    find_fault,
     goal_of,
     is_in_place,
     short_name,
@@ -66,7 +67,7 @@ class Settings:
 
     def around(self, name: str, start: float, end: float) -> list[Stretch]:
         """Return when a cure was in place within `[start, end)`; of faults that do not live in the world, never."""
-        fault = current_system().faults.get(name)  # that of a record may be of another version
+        fault = find_fault(name)  # that of a record may be of another version
         if fault is None or fault.kind is not FaultKind.EXTERNAL:
             return []
         return [stretch for cure in fault.cures for stretch in self._stretches(fault, cure, start, end)]

@@ -36,7 +36,8 @@ from sunset.system import (
     AdaptationKind,
     FaultKind,
     Key,
-    current_system,
+    find_fault,
+    get_fault,
     goal_of,
 )
 
@@ -155,7 +156,7 @@ class Treatments:
             fault.time <= moment and (fault.over is None or moment < fault.over)
             for moment in adaptation.moments
         )
-        described = current_system().faults.get(fault.fault)
+        described = find_fault(fault.fault)
         lives_on = described is not None and described.kind is FaultKind.EXTERNAL
         if not (is_there or (lives_on and self._is_awaited(fault, adaptation.time))):
             return False
@@ -174,7 +175,7 @@ class Treatments:
         self, step: Adaptation, done: Sequence[tuple[Key, str]], fault: Injection, time: float
     ) -> bool:
         """Return whether a node that a cure activates is set to undo enough of a fault, as it is then or comes."""
-        described = current_system().faults[fault.fault]
+        described = get_fault(fault.fault)
         amounts = [value for key, value in done if key == (step.node, described.parameter)]
         strength = self._settings.at((described.node, described.parameter), max(time, fault.time))
         return (
@@ -303,7 +304,7 @@ def _faults_there(timeline: Timeline) -> list[Injection]:
 
 def _cures(fault: str) -> tuple[tuple[Adaptation, ...], ...]:
     """Return the cures of a fault; an empty tuple for a fault of another version's catalogue."""
-    described = current_system().faults.get(fault)
+    described = find_fault(fault)
     return described.cures if described else ()
 
 

@@ -1,0 +1,1 @@
+"""Faults that no catalogue lists; confined processes cannot read this folder."""

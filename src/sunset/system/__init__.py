@@ -16,6 +16,7 @@ from sunset.system.current import (
     suite_size,
     system_with,
     unlisted,
+    unlisted_names,
 )
 from sunset.system.description import (
     Adaptation,
@@ -160,4 +161,5 @@ __all__ = [
     "suite_size",
     "system_with",
     "unlisted",
+    "unlisted_names",
 ]

@@ -85,12 +85,18 @@ def loaded_extensions() -> tuple[LoadedExtension, ...]:
 
 @cache
 def unlisted() -> Extension:
-    """Return the faults that no catalogue lists, with their suite; nothing where they cannot be read, as behind walls."""
+    """Return the faults that no catalogue lists, and their suite; nothing where walls keep this process from them."""
     try:
         part: Extension = import_module("sunset.wild.causes").UNLISTED
     except OSError:
         return Extension()
     return part
+
+
+def unlisted_names(*, sealed: bool) -> tuple[str, ...]:
+    """Return the names of the faults that no catalogue lists; those that no suite has only if `sealed`."""
+    kept: tuple[str, ...] = import_module("sunset.wild.causes").SEALED
+    return tuple(fault.name for fault in unlisted().faults if sealed or fault.name not in kept)
 
 
 def find_fault(name: str) -> Fault | None:

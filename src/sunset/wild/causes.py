@@ -1,9 +1,10 @@
 """What may go wrong that no catalogue lists: how it shows, and what cures it; `suite.yaml` says when it comes.
 
 Confined processes cannot read this folder, so that a managing system knows of these faults what it can reason out.
-The two of `SEALED` are in no suite: only a split with a salt draws them. `scripts/measure_wild` prints what strengths do,
-and those here are chosen from it: the symptom's signal is clearly beyond its threshold, and the IoU a quarter lower or
-more, on the default flight with the model `lite`.
+The two of `SEALED` are in no suite: only a split with a salt draws them.
+
+Strengths are chosen from what `scripts/measure_wild` prints: the symptom's signal is clearly beyond its threshold, and
+the IoU a quarter lower or more, on the default flight with the model `lite`.
 """
 
 from pathlib import Path
@@ -99,7 +100,7 @@ _FAULTS: Final = (
         description="The fusion sends half of each image only, which the segmentation drops.",
     ),
     Fault(
-        name="throttled",
+        name="hot_processor",
         failure="F3",
         node="segmentation",
         kind=FaultKind.EXTERNAL,

@@ -25,7 +25,7 @@ from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_bgr, imag
 _ARRIVING: Final = 20
 """One in so many images arrives on a link that loses them."""
 _SLOW_S: Final = 2.5
-"""Time that a segmentation of both images takes where the processor is throttled."""
+"""Time that a segmentation of both images takes where the processor is hot."""
 _SCATTER: Final = 6 / 256
 """Standard deviation of how far scattered light is off, as a share of the image's width."""
 
@@ -45,17 +45,21 @@ def tint(bgr: Colours, strength: float) -> Colours:
 
 def scatter(bgr: Colours, strength: float) -> Colours:
     """Replace a share of the light by that of the surroundings."""
-    return cast("Colours", cv2.addWeighted(bgr, 1 - strength, blur(bgr, _SCATTER * bgr.shape[1]), strength, 0))
+    return cast(
+        "Colours", cv2.addWeighted(bgr, 1 - strength, blur(bgr, _SCATTER * bgr.shape[1]), strength, 0)
+    )
 
 
-def turn(bgr: Colours, _: float = 1) -> Colours:
-    """Turn an image by half."""
+def turn(bgr: Colours, strength: float) -> Colours:
+    """Turn an image by half, whatever the strength."""
+    del strength
     return cast("Colours", cv2.rotate(bgr, cv2.ROTATE_180))
 
 
 def scale(depth: Depths, strength: float) -> Depths:
     """Multiply a depth image by 1 + `strength`."""
-    return np.clip(np.rint(depth * (1 + strength)), 0, 65535).astype(np.uint16)
+    scaled: Depths = np.clip(np.rint(depth * (1 + strength)), 0, 65535).astype(np.uint16)
+    return scaled
 
 
 class _Unlisted(AdaptiveNode):
@@ -127,7 +131,9 @@ class WildDepth(_Unlisted, Depth):
         maximum=10.0,
         cured_by_restart=True,
     )
-    lossy_link = FaultParameter(False, "internal fault: few images arrive, until a restart", cured_by_restart=True)
+    lossy_link = FaultParameter(
+        False, "internal fault: few images arrive, until a restart", cured_by_restart=True
+    )
     stepped_clock = FaultParameter(
         0.0,
         "internal fault: seconds by which the stamps are late",
@@ -171,7 +177,7 @@ class WildFusion(_Unlisted, Fusion):
 class WildSegmentation(_Unlisted, SegmentationNode):
     """A segmentation whose processor may be too hot for the network of both images."""
 
-    throttled = NodeParameter(False, "external fault: the network of both images takes seconds")
+    hot_processor = NodeParameter(False, "external fault: the network of both images takes seconds")
 
     def set_up(self) -> None:
         """Name the input and the output."""
@@ -179,7 +185,7 @@ class WildSegmentation(_Unlisted, SegmentationNode):
         self._is_busy = False
 
     def _on_fused(self, message: SensorFusion) -> None:
-        if not self.throttled or message.modality.fusion_type != FusionType.FUSION:
+        if not self.hot_processor or message.modality.fusion_type != FusionType.FUSION:
             super()._on_fused(message)
         elif not self._is_busy:
             self._is_busy = True

@@ -46,8 +46,8 @@ _FAULTS: Final = (
         node="camera",
         value=0.75,
         limits=(0.0, 20.0),
-        cures=_anew("camera"),
-        description="The camera's exposure control hangs, and its images are too bright.",
+        cures=((_redeploy("camera"),),),
+        description="The camera's exposure control is off until the hardware starts anew: its images are too bright.",
     ),
     Fault(
         name="white_balance",
@@ -73,8 +73,8 @@ _FAULTS: Final = (
         node="depth",
         value=2.0,
         limits=(0.0, 10.0),
-        cures=_anew("depth"),
-        description="The depth camera's scale is off: all is too far away.",
+        cures=((_redeploy("depth"),),),
+        description="The depth camera's scale is off until the hardware starts anew: all is too far away.",
     ),
     Fault(
         name="lossy_link",
@@ -89,8 +89,8 @@ _FAULTS: Final = (
         node="depth",
         value=0.25,
         limits=(0.0, 60.0),
-        cures=_anew("depth"),
-        description="The depth camera's clock has stepped, so that its stamps fit no colour image.",
+        cures=((_redeploy("depth"),),),
+        description="The depth camera's clock has stepped, until a new process sets it: no stamp fits a colour image's.",
     ),
     Fault(
         name="short_buffer",

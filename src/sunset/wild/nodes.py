@@ -80,10 +80,9 @@ class WildCamera(_Unlisted, Camera):
     )
     overexposure = FaultParameter(
         0.0,
-        "internal fault: how much more light is taken than is right, as a share",
+        "internal fault: how much more light is taken than is right, as a share, until a redeploy",
         minimum=0.0,
         maximum=20.0,
-        cured_by_restart=True,
     )
     lens_film = FaultParameter(
         0.0,
@@ -126,20 +125,18 @@ class WildDepth(_Unlisted, Depth):
 
     scale_error = FaultParameter(
         0.0,
-        "internal fault: how much too far everything is, as a share",
+        "internal fault: how much too far everything is, as a share, until a redeploy",
         minimum=0.0,
         maximum=10.0,
-        cured_by_restart=True,
     )
     lossy_link = FaultParameter(
         False, "internal fault: few images arrive, until a restart", cured_by_restart=True
     )
     stepped_clock = FaultParameter(
         0.0,
-        "internal fault: seconds by which the stamps are late",
+        "internal fault: seconds by which the stamps are late, until a redeploy",
         minimum=0.0,
         maximum=60.0,
-        cured_by_restart=True,
     )
 
     def set_up(self) -> None:

@@ -159,8 +159,10 @@ def prepare() -> None:
 def _without_hidden(place: Path) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     """Return what may be read at a place, and which folders may be listed only, since what is hidden is in them."""
     real = place.resolve()
+    if real.is_relative_to(_HIDDEN):
+        return (), ()
     if not _HIDDEN.is_relative_to(real):
-        return ((), ()) if real.is_relative_to(_HIDDEN) else ((place,), ())
+        return (place,), ()
     parts = [_without_hidden(part) for part in sorted(real.iterdir()) if real in part.resolve().parents]
     readable = tuple(path for paths, _ in parts for path in paths)
     return readable, (real, *(path for _, paths in parts for path in paths))

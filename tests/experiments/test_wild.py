@@ -6,13 +6,14 @@ from typing import Final
 import pytest
 from tests.experiments.test_cure_matrix import ADAPTATIONS, ADAPTERS, fly, settled_iou, timing_of
 
+from sunset.errors import ExtensionError
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.nodes import AdaptiveNode
 from sunset.recording import StoredRun, read_messages
 from sunset.rmw.sim import Simulation
 from sunset.ros import Context
-from sunset.scenarios import Scenario, ScenarioFault
-from sunset.system import Adaptation, Fault, FaultKind, current_system, unlisted
+from sunset.scenarios import Scenario, ScenarioFault, load_scenario
+from sunset.system import Adaptation, Fault, FaultKind, current_system, extended_system, unlisted
 from sunset.wild.nodes import NODE_CLASSES
 
 ONSET_S: Final = 1.5
@@ -102,3 +103,14 @@ def test_nodes_list_the_parameters_that_the_ordinary_ones_have() -> None:
 
     for name, node_class in NODE_CLASSES.items():
         assert parameters(node_class) == parameters(current_system().node_class(name))
+
+
+def test_an_extensions_own_class_for_a_node_cannot_have_them(tmp_path: Path) -> None:
+    (extension := tmp_path / "mine.py").write_text(
+        "from sunset.nodes import Camera\nfrom sunset.system import Extension\n"
+        "class Mine(Camera): ...\nEXTENSION = Extension(node_classes={'camera': Mine})\n"
+    )
+    with extended_system([extension]):
+        spec = RunSpec(scenario=load_scenario("lossy_link"))
+        with pytest.raises(ExtensionError, match=r"mine.py has a class for the node camera, which a run"):
+            run(spec, tmp_path / "run")

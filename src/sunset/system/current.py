@@ -121,12 +121,21 @@ def system_with(faults: Iterable[str]) -> Iterator[None]:
     """Let nodes be made that can have these faults, where some are not listed, for as long as the context lasts.
 
     Managing systems must be started outside of it.
+
+    Raises:
+        ExtensionError: an extension has a class of its own for a node of the system.
     """
     outer = _current()
     if all(name in outer.system.faults for name in faults):
         yield
         return
     part = replace(unlisted(), node_classes=import_module("sunset.wild.nodes").NODE_CLASSES)
+    for name, extension in outer.added.items():
+        if taken := sorted(part.node_classes.keys() & extension.node_classes):
+            raise ExtensionError(
+                f"The extension {name} has a class for the node {taken[0]}, which a run with an unlisted fault has, "
+                "too: leave the extension out, or take another scenario."
+            )
     with _entered_state(_State(System(*outer.system.parts, part), outer.loaded, outer.added)):
         yield
 

@@ -90,7 +90,7 @@ _FAULTS: Final = (
         value=0.25,
         limits=(0.0, 60.0),
         cures=((_redeploy("depth"),),),
-        description="The depth camera's clock has stepped, until a new process sets it: no stamp fits a colour image's.",
+        description="The depth camera's clock has stepped until a new process sets it: no stamp fits a colour image's.",
     ),
     Fault(
         name="short_buffer",

@@ -50,13 +50,14 @@ _FAULTS: Final = (
         description="The camera's exposure control is off until the hardware starts anew: its images are too bright.",
     ),
     Fault(
-        name="white_balance",
+        name="cold_light",
         failure="F4",
         node="camera",
-        value=0.15,
+        value=0.3,
         limits=(0.0, 1.0),
-        cures=_anew("camera"),
-        description="The camera's white balance hangs, and its images are too blue.",
+        kind=FaultKind.EXTERNAL,
+        cures=((_MODALITIES[2],),),
+        description="The light is so blue that the networks of colour images fail; that of depth images does not.",
     ),
     Fault(
         name="lens_film",

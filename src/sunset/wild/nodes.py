@@ -91,12 +91,8 @@ class WildCamera(_Unlisted, Camera):
         maximum=1.0,
         cured_by_restart=True,
     )
-    white_balance = FaultParameter(
-        0.0,
-        "internal fault: how far the colours are off, to the blue side",
-        minimum=0.0,
-        maximum=1.0,
-        cured_by_restart=True,
+    cold_light = NodeParameter(
+        0.0, "external fault: how far the light is off, to the blue side", minimum=0.0, maximum=1.0
     )
     upside_down = FaultParameter(False, "internal fault: the images are turned by half, until a redeploy")
 
@@ -112,7 +108,7 @@ class WildCamera(_Unlisted, Camera):
         bgr = self._last
         for degrade, strength in (
             (overexpose, self.overexposure),
-            (tint, self.white_balance),
+            (tint, self.cold_light),
             (scatter, self.lens_film),
             (turn, self.upside_down),
         ):

@@ -39,7 +39,7 @@ from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
 from sunset.scenarios import Scenario
 from sunset.source_files import package_version
-from sunset.system import current_system, degradations_of, short_name, suite_size
+from sunset.system import current_system, degradations_of, short_name, suite_size, system_with
 
 _AT_ONCE_S: Final = 0.1
 """Faults that are due when the measured time begins are injected by then."""
@@ -214,8 +214,9 @@ def _run_simulated(
         check_name(f"/{manager.loaded.node_name}", spec.manager)
 
         def run_isolated(watch: Watch) -> dict[str, object]:
-            observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
-            start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
+            with system_with(fault.name for fault in spec.scenario.faults):
+                observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
+                start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
             manager.end()
             writer.hand_over()
             return {
@@ -247,12 +248,13 @@ def _run_live(
     from sunset.experiments import live_run  # noqa: PLC0415  needs an optional extra
 
     frames = live_run.FrameCount()
-    observer = Observer(
-        writer, shown=shown_topics(spec.manager), viewers=spec.settings.viewers, task=spec.settings.task
-    )
     found, imported = checksum_and_versions(spec.manager, spec.settings)
     _check_same(spec.manager, found, known)
-    start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
+    with system_with(fault.name for fault in spec.scenario.faults):
+        observer = Observer(
+            writer, shown=shown_topics(spec.manager), viewers=spec.settings.viewers, task=spec.settings.task
+        )
+        start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
     _check_same(spec.manager, manager_checksum(spec.manager, spec.settings), found)
 
     def shortfall(timeline: Timeline) -> tuple[str, int]:

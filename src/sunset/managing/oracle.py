@@ -22,7 +22,6 @@ from sunset.system.vocabulary import (
     FaultKind,
     Value,
     described_failures,
-    described_faults,
     described_nodes,
     full_name,
 )
@@ -100,7 +99,7 @@ class Oracle(ManagingSystem):
             return
         if not known.follows:
             self.start_s = min(self.start_s, onset_s - known.at)
-        self.present[injection.fault] = _Present(described_faults()[injection.fault], known, onset_s)
+        self.present[injection.fault] = _Present(known.fault, known, onset_s)
         self.diagnose(dict.fromkeys(self.present, 1.0))
         self.adapt(self.symptoms)
 

@@ -14,6 +14,7 @@ from sunset.system import (
     Key,
     comparable_text,
     current_system,
+    find_fault,
     goal_of,
     is_in_place,
     short_name,
@@ -64,7 +65,7 @@ class Settings:
 
     def in_place(self, name: str, start: float, end: float) -> list[Stretch]:
         """Return when a cure was in place within `[start, end)`, in order; never, if the fault is not in the world."""
-        fault = current_system().faults.get(name)  # that of a record may be of another version
+        fault = find_fault(name)  # that of a record may be of another version
         if fault is None or fault.kind is not FaultKind.EXTERNAL:
             return []
         steps = [step for cure in fault.cures for step in cure]

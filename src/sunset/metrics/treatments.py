@@ -19,7 +19,7 @@ from sunset.metrics.episodes import Episode
 from sunset.metrics.limits import Amount
 from sunset.metrics.settings import Settings, settings_of
 from sunset.metrics.timeline import Injection, Timeline
-from sunset.system import SILENCE_S, Adaptation, AdaptationKind, Fault, current_system, goal_of
+from sunset.system import SILENCE_S, Adaptation, AdaptationKind, Fault, find_fault, goal_of
 
 FATES: Final = ("cured", "masked", "missed")
 """What can become of a fault."""
@@ -135,7 +135,7 @@ def needless_adaptations(
 
 def _treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
     """Return whether an adaptation performs a step, or a part of one, of a cure of a fault that is there."""
-    described = current_system().faults.get(fault.fault)  # that of a record may be of another version
+    described = find_fault(fault.fault)  # that of a record may be of another version
     if described is None:
         return False
     is_there = any(

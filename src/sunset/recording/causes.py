@@ -6,7 +6,7 @@ from typing import Final
 
 from sunset.metrics import FaultOutcome, RunMetrics, Timeline
 from sunset.recording.schema import StoredFault
-from sunset.system import Fault, current_system
+from sunset.system import Fault, current_system, find_fault
 from sunset.texts import listed
 
 _MOST: Final = 4
@@ -59,7 +59,7 @@ def causes_of(
             _cured_by(fault, became),
         )
         for name, became in came.items()
-        if (fault := faults.get(name))
+        if (fault := find_fault(name))
     ]
     missing = [plan for plan in planned if plan.name not in came]
     return (*causes, *(Cause(plan.name, _did_not_come(plan, timeline), "", "") for plan in missing))

@@ -11,7 +11,7 @@ from sunset.metrics import Episode, RunMetrics, Timeline
 from sunset.recording.causes import Cause
 from sunset.recording.logs import LogLine
 from sunset.recording.schema import RunRecord
-from sunset.system import current_system
+from sunset.system import current_system, find_fault
 from sunset.texts import counted, printable, shorten
 
 _STYLES = {
@@ -159,7 +159,7 @@ def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> 
     for injection in timeline.injections:
         if injection.time >= end_s:  # it counts for nothing
             continue
-        known = system.faults.get(injection.fault)  # that of a record may be of another version
+        known = find_fault(injection.fault)  # that of a record may be of another version
         yield injection.time, "fault", f"{injection.fault}: {known.description}" if known else injection.fault
         if injection.healed is not None and injection.healed < end_s:
             yield injection.healed, "healed", f"{injection.fault} has healed by itself"

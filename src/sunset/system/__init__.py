@@ -4,13 +4,19 @@ from sunset.system.checks import LONGEST_DELAY_S
 from sunset.system.cures import STATE, Key, comparable_text, goal_of, is_in_place
 from sunset.system.current import (
     LoadedExtension,
+    all_suites,
     current_system,
     degradations_of,
+    excluding_pairs,
     extended_system,
+    find_fault,
     get_fault,
     load_extension,
     loaded_extensions,
     suite_size,
+    system_with,
+    unlisted,
+    unlisted_names,
 )
 from sunset.system.description import (
     Adaptation,
@@ -138,10 +144,13 @@ __all__ = [
     "Topic",
     "Value",
     "Window",
+    "all_suites",
     "comparable_text",
     "current_system",
     "degradations_of",
+    "excluding_pairs",
     "extended_system",
+    "find_fault",
     "frequency_entry",
     "full_name",
     "get_fault",
@@ -156,4 +165,7 @@ __all__ = [
     "short_name",
     "state_entry",
     "suite_size",
+    "system_with",
+    "unlisted",
+    "unlisted_names",
 ]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, fields
 from math import ceil, floor, isclose
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final
 
 from msgspec import Meta
 
@@ -158,7 +158,7 @@ class Settings:
     """Names of the user's environment variables that the managing system gets; their values are stored nowhere."""
     thinking_s: Annotated[float, Meta(ge=0, le=_DURATIONS_S[1], title="time to think [s]")] = 0.0
     """Time of the experiment that passes between a decision of the managing system and its adaptations."""
-    task: Literal["repair", "diagnose"] = REPAIR
+    task: str = REPAIR
     """One of `TASKS`."""
     middleware: str = SIMULATED
     """One of `BACKENDS`."""

@@ -8,7 +8,7 @@ import math
 import reprlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final
 
 import msgspec
 from msgspec import UNSET, Meta, UnsetType
@@ -35,6 +35,7 @@ SCORE_REFERENCES: Final = ("none", "oracle")
 
 _REMEDY: Final = "run it again, or use --recompute"
 _Period = Annotated[float, Meta(gt=0.001, le=MOST)]
+_Task = Annotated[str, Meta(pattern="^(repair|diagnose)$")]
 _Size = Annotated[list[Annotated[int, Meta(gt=0, le=MOST)]], Meta(min_length=2, max_length=2)]
 
 
@@ -152,7 +153,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     duration_s: Positive
     period_s: _Period
     expected_frames: Annotated[int, Meta(gt=0, le=MOST)]
-    task: Literal["repair", "diagnose"] = "repair"
+    task: _Task = "repair"
     thinking_s: Positive | UnsetType = UNSET
     entropy_threshold: Positive
     sharpness_threshold: Positive
@@ -308,7 +309,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     timing: dict[str, float]
     middleware: str = "sim"
     speed: float = 1.0
-    task: Literal["repair", "diagnose"] = "repair"
+    task: _Task = "repair"
     thinking_s: float = 0.0
     versions: dict[str, str]
     extensions: dict[str, str] = {}

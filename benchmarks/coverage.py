@@ -20,6 +20,7 @@ import argparse
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations, product
 from types import MappingProxyType
 from typing import Final
@@ -135,27 +136,32 @@ def intervals(tops: _Array, bottoms: _Array) -> tuple[_Array, _Array]:
     sizes, cells = {axis: apart.shape[axis] for axis in free}, math.prod(apart.shape[1:])
     sums = {axis: apart.sum(tuple(other for other in (1, 2, 3) if other != axis)) for axis in free}
     squares = {axis: (sums[axis] ** 2).sum(1) * sizes[axis] / (sizes[axis] - 1) for axis in free}
-    explained = sum((sums[axis] ** 2).sum(1) * sizes[axis] for axis in free) / cells
+    explained = np.sum([(sums[axis] ** 2).sum(1) * sizes[axis] for axis in free], axis=0) / cells
     left = cells - 1 - sum(size - 1 for size in sizes.values())
     rest = ((apart**2).sum((1, 2, 3)) - explained) * cells / left
-    errors = np.sqrt(rest + sum(np.maximum(0, square - rest) for square in squares.values()))
+    errors = np.sqrt(rest + np.sum([np.maximum(0, square - rest) for square in squares.values()], axis=0))
     squares |= {axis: np.maximum(square, rest) for axis, square in squares.items() if axis != _SEEDS}
-    known = sum(square**2 / (sizes[axis] - 1) for axis, square in squares.items())
-    halves = errors * _t(sum(squares.values()) ** 2 / known)
+    known = np.sum([square**2 / (sizes[axis] - 1) for axis, square in squares.items()], axis=0)
+    halves = errors * _t(np.sum(list(squares.values()), axis=0) ** 2 / known)
     _compare(tops[0], bottoms[0], float(halves[0]))
     return ratios[:, 0, 0, 0], halves
 
 
 def _t(degrees: _Array) -> _Array:
-    """Return Student's t of 95 %, between knots that are so close that it is right to four digits."""
-    knots = np.linspace(1e-4, 0.5, 1000)
-    return np.interp(1 / degrees, knots, [quantile(0.95, 1 / knot) for knot in knots.tolist()])
+    """Return Student's t of 95 %, interpolated between knots that are close."""
+    knots = np.linspace(1e-3, 0.5, 300)
+    return np.interp(1 / degrees, knots, _quantiles(tuple(knots.tolist())))
+
+
+@lru_cache(maxsize=1)
+def _quantiles(knots: tuple[float, ...]) -> _Array:
+    return np.array([quantile(0.95, 1 / knot) for knot in knots])
 
 
 def _compare(tops: _Array, bottoms: _Array, half: float) -> None:
     clusters = [Cluster(*levels) for levels in np.ndindex(tops.shape)]
     found = spread(tops.ravel().tolist(), bottoms.ravel().tolist(), clusters)
-    if found is None or not math.isclose(found.half_width, half, rel_tol=1e-4):
+    if found is None or not math.isclose(found.half_width, half, rel_tol=1e-3):
         raise SystemExit(f"Reports have {found and found.half_width}, and the simulation {half}.")
 
 

@@ -26,7 +26,7 @@ import numpy.typing as npt
 from sunset.evaluation.students_t import quantile, within
 
 _Array = npt.NDArray[np.float64]
-_Codes = npt.NDArray[np.int64]
+_Codes = npt.NDArray[np.intp]
 _Factors = tuple[int, ...]
 
 LEAST_LEVELS: Final = 3
@@ -90,7 +90,7 @@ class Spread:
         moving = self._moving()
         squares = {
             place: math.fsum(variance for factors, variance in moving.items() if place in factors)
-            for place in {place for factors in moving for place in factors}
+            for place in sorted({place for factors in moving for place in factors})
         }
         known = math.fsum(square**2 / (self.sizes[place] - 1) for place, square in squares.items())
         return math.fsum(squares.values()) ** 2 / known if known else LEAST_LEVELS - 1
@@ -153,7 +153,7 @@ def spread(top: Sequence[float], bottom: Sequence[float], clusters: Sequence[Clu
 def _codes(levels: Sequence[Hashable]) -> _Codes:
     """Return the number of each level, in an order that does not depend on that of the runs."""
     numbers = {level: number for number, level in enumerate(sorted(set(levels), key=repr))}
-    return np.array([numbers[level] for level in levels], dtype=np.int64)
+    return np.array([numbers[level] for level in levels], dtype=np.intp)
 
 
 def _outer(places: Sequence[int], codes: Sequence[_Codes], sizes: Sequence[int]) -> list[int]:

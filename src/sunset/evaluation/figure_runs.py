@@ -120,15 +120,13 @@ def setup_of(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> Setup:
 
 
 def _remarks(systems: Systems, others: int) -> Iterator[str]:
-    experiments = {run.experiment for runs in systems.values() for run in runs}
-    counts = {name: len(runs) for name, runs in systems.items() if len(runs) < len(experiments)}
+    counts = [f"{name} {len(runs)}" for name, runs in systems.items()]
     if not systems:
         yield "There is no valid run of a managing system."
-    if counts:
-        few = "; ".join(f"{name} has {counted(number, 'run')}" for name, number in counts.items())
-        yield f"Managing systems were not run on the same scenarios, flights and seeds, of which there are {len(experiments)}: {few}."
+    if len({len(runs) for runs in systems.values()}) > 1:
+        yield f"Managing systems have different numbers of valid runs: {', '.join(counts)}."
     if others:
-        yield f"{counted(others, 'run')} of another model, middleware, thinking time or version left out; report them by themselves."
+        yield f"{counted(others, 'run')} of other models, middlewares, thinking times or versions are left out."
 
 
 def _facts(run: RunRow) -> tuple[str, ...]:

@@ -90,12 +90,12 @@ def _scores(setup: Setup) -> ReportFigure:
     return ReportFigure(
         name="scores",
         title="Score by suite and by flight",
-        caption="How much of what repairing can win each managing system wins: 0 is none, 1 is oracle. Suites with "
-        f"nothing to repair in most runs are left out; a flight has the runs of all suites. {_INTERVALS} {setup.common}",
+        caption="How much each managing system wins of what repairing can win: 0 is none, 1 is oracle. Suites with "
+        f"little to repair are left out; a flight has the runs of all suites. {_INTERVALS} {setup.common}",
         head=("suite", "flight", "system", "runs", "score", "ci_low", "ci_high"),
         lines=lines,
         picture=picture,
-        missing=missing if picture else ["There is no score: it needs runs of none, oracle and another managing system."],
+        missing=missing if picture else ["A score needs runs of none, oracle and another managing system."],
     )
 
 
@@ -124,7 +124,9 @@ def _differences(setup: Setup) -> ReportFigure:
         ),
         lines=lines,
         picture=picture,
-        missing=missing if picture else ["No two managing systems have runs of the same scenario, flight and seed."],
+        missing=missing
+        if picture
+        else ["No two managing systems have runs of the same scenario, flight and seed."],
     )
 
 
@@ -198,7 +200,7 @@ def _costs(setup: Setup) -> ReportFigure:
     return ReportFigure(
         name="costs",
         title="IoU_all against the cost of adaptations",
-        caption="How much of IoU_all a managing system pays for its adaptations. The utility, which is what is left, is "
+        caption="How much of IoU_all a managing system pays for its adaptations. What is left is its utility, which is "
         f"the same along each sloped line. {_INTERVALS} {setup.common}",
         head=(
             "suite",
@@ -348,21 +350,13 @@ def _scored(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estim
 
 def _shown(setup: Setup, most: int, can_show: Callable[[Suite], bool]) -> tuple[list[Suite], list[str]]:
     """Return the suites that a figure draws, and sentences on the others."""
-    able = [suite for suite in setup.suites if can_show(suite)]
-    varied = [suite for suite in able if not suite.is_flat]
-    reasons = {
-        "there are too few runs": [suite for suite in setup.suites if suite not in able],
-        f"no two managing systems differ by {LEAST_GAIN:g} in IoU_all": [
-            suite for suite in able if suite.is_flat
-        ],
-        "a page has no room for more": varied[most:],
-    }
-    missing = [
-        f"Not drawn, but in the data, since {reason}: {listed([suite.title for suite in suites])}."
-        for reason, suites in reasons.items()
-        if suites
+    shown = [suite for suite in setup.suites if can_show(suite) and not suite.is_flat][:most]
+    others = [suite.title for suite in setup.suites if suite not in shown]
+    why = f"for want of runs, of a difference of {LEAST_GAIN:g} in IoU_all, or of room"
+    return shown, [
+        *([f"Not drawn, but in the data, {why}: {listed(others)}."] if others else []),
+        *setup.remarks,
     ]
-    return varied[:most], [*missing, *setup.remarks]
 
 
 def _outcomes(setup: Setup) -> dict[tuple[_Fault, str], list[FaultOutcome]]:

@@ -2,9 +2,9 @@
 
 from sunset.evaluation.agreement import Agreement, Comparison, LeftOut, Pair, compare
 from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreement
-from sunset.evaluation.chart_files import WrittenFigures, write_figures
 from sunset.evaluation.differences import ManagerDifference
 from sunset.evaluation.estimates import METHOD, Estimate, estimate
+from sunset.evaluation.figure_files import WrittenFigures, write_figures
 from sunset.evaluation.figures import entropy_figure
 from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.outage_figure import outage_figure

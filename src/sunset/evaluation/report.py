@@ -6,13 +6,11 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
-from sunset.evaluation.chart_page import charts_as_html
-from sunset.evaluation.charts import Chart
 from sunset.evaluation.differences import DIFFERENCE_METHOD
 from sunset.evaluation.estimates import METHOD, Estimate
+from sunset.evaluation.figure_files import figures_as_html
 from sunset.evaluation.latex import as_latex
 from sunset.evaluation.layout import arrange
-from sunset.evaluation.report_charts import report_charts
 from sunset.evaluation.results import RunRow, load_results
 from sunset.evaluation.scores import SCORE_METHOD, ScoreTable, score_tables
 from sunset.evaluation.summary import SystemRow, summarise
@@ -70,15 +68,15 @@ def format_runs(runs: Sequence[RunRow], form: str = "table", *, every: bool = Fa
         InvalidInputError: there is no such format.
     """
     tables = score_tables(runs)
-    charts = report_charts(runs, tables) if form == "html" else ()
-    return format_report(summarise(runs), form, tables, charts, every=every)
+    figures = figures_as_html(runs, tables) if form == "html" else ""
+    return format_report(summarise(runs), form, tables, figures, every=every)
 
 
 def format_report(
     rows: Sequence[SystemRow],
     form: str = "table",
     scores: Sequence[ScoreTable] = (),
-    charts: Sequence[Chart] = (),
+    figures: str = "",
     *,
     every: bool = False,
 ) -> str:
@@ -88,7 +86,7 @@ def format_report(
         rows: those of the table.
         form: one of `FORMATS`.
         scores: what it leads with.
-        charts: the pictures of a page.
+        figures: those of a page, as HTML.
         every: whether a table or LaTeX has every figure, and not the first page only.
 
     Raises:
@@ -104,9 +102,7 @@ def format_report(
         case "latex":
             return as_latex(arrange(rows, scores, every=every))
         case "html":
-            return as_html(
-                arrange(rows, scores, every=True), figures=charts_as_html(charts) if charts else ""
-            )
+            return as_html(arrange(rows, scores, every=True), figures=figures)
     raise InvalidInputError(f"The format of a report must be one of {', '.join(FORMATS)}, got {form!r}.")
 
 

@@ -8,18 +8,16 @@ from pathlib import Path
 
 import cv2
 import pytest
-from tests.evaluation.test_charts import runs
 from tests.evaluation.test_report import Page
+from tests.evaluation.test_report_figures import runs
 from tests.viewing.browsers import PROGRAMS, Browser, program_of, started
 
 import sunset
 from sunset.cli import main
-from sunset.evaluation import RunRow, format_runs, score_tables
-from sunset.evaluation.chart_drawing import looks_of, save_chart
-from sunset.evaluation.report_charts import report_charts
+from sunset.evaluation import RunRow, format_runs
 
 UGLY = "my<b>$x_1$ & 中:Mine"
-NAMES = ["differences", "scores", "profiles", "cures", "fates", "costs"]
+NAMES = ["scores", "differences", "profiles", "costs", "fates", "uncured"]
 Store = Callable[..., Path]
 
 
@@ -35,7 +33,7 @@ def text() -> str:
 
 
 def drawings(text: str) -> dict[str, int]:
-    """Return how many panels each figure of a page has."""
+    """Return how many pictures each figure of a page has."""
     figures = re.findall(r'<figure id="(\w+)">(.*?)</figure>', text, re.DOTALL)
     return {name: content.count('role="img"') for name, content in figures}
 
@@ -44,14 +42,7 @@ def test_a_page_has_every_figure_in_its_own_colours_and_loads_nothing(text: str)
     page = Page()
     page.feed(text)
     assert page.open == []
-    assert drawings(text) == {
-        "differences": 1,
-        "scores": 1,
-        "profiles": 2,
-        "cures": 3,
-        "fates": 3,
-        "costs": 1,
-    }
+    assert drawings(text) == dict.fromkeys(NAMES, 1)
     assert "my&lt;b&gt;$x_1$ &amp; 中:Mine" in text
     assert "currentColor" in text
     assert not {"#1b1b1b", "#666666", "#cccccc"} & set(re.findall(r"(?:fill|stroke): (#\w{6})", text))
@@ -69,40 +60,11 @@ def test_the_same_runs_give_the_same_page(text: str) -> None:
     assert format_runs(campaign(), "html") == text
 
 
-def test_names_may_be_long_and_faults_few(tmp_path: Path) -> None:
-    named = {"baseline": "very_" * 20 + "long", UGLY: "quite_" * 20 + "long"}
-    long = [
-        replace(run, manager=named.get(run.manager, run.manager), outcomes=run.outcomes and run.outcomes[:1])
-        for run in campaign()
-    ]
-    assert drawings(format_runs(long, "html"))["fates"] == 3
-    found = report_charts(long, score_tables(long))
-    for chart in found:
-        save_chart(chart, looks_of(found), tmp_path / f"{chart.name}.png")  # what does not fit is warned of
-
-
-def test_what_cannot_be_drawn_is_said_in_its_place() -> None:
-    text = format_runs([replace(run, outcomes=None) for run in runs("baseline", seeds=(1,))], "html")
-    assert drawings(text) == {
-        "differences": 0,
-        "scores": 0,
-        "profiles": 2,
-        "cures": 0,
-        "fates": 0,
-        "costs": 1,
-    }
-    assert "There is nothing to compare" in text
-    assert (
-        text.count("baseline: 1 of 1 runs are of a version that did not say what became of the faults") == 2
-    )
-
-
-def test_without_matplotlib_a_page_says_so_and_has_the_data(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_matplotlib_a_page_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     text = format_runs(campaign(), "html")
     assert text.count("Figures need matplotlib, which is not installed") == 1
     assert "<svg" not in text
-    assert text.count("Data as CSV") == 6
 
 
 def test_figures_are_written_with_their_data(
@@ -113,31 +75,30 @@ def test_figures_are_written_with_their_data(
     main(["report", str(tmp_path), "--figures", str(tmp_path / "out")])
     told = capsys.readouterr()
     assert told.out == ""
-    assert "5 of 6 figures drawn, and the data of all: " in told.err
-    assert "Score by suite and by flight: There is no score" in told.err
+    assert "4 of 6 figures drawn, and the data of all: " in told.err
+    assert "Score by suite and by flight: A score needs" in told.err
     files = {file.name for file in (tmp_path / "out").iterdir()}
-    drawn = [name for name in NAMES if name != "scores"]
-    assert files == {f"{name}.csv" for name in NAMES} | {
-        f"{name}.{form}" for name in drawn for form in ("pdf", "png")
+    drawn = [name for name in NAMES if name not in {"scores", "profiles"}]
+    assert files == {"captions.txt"} | {f"{name}.csv" for name in NAMES} | {
+        f"{name}.{form}" for name in drawn for form in ("pdf", "svg", "png")
     }
     for name in drawn:
         picture = cv2.imread(str(tmp_path / "out" / f"{name}.png"))
         assert picture is not None
-        assert picture.shape[1] in {990, 2100}  # a column or a page of a paper, 300 dots an inch
-        assert len(picture.reshape(-1, 3)[::97]) > 0
+        assert picture.shape[1] in {1050, 2100}  # a column or a page of a paper, 300 dots an inch
         assert picture.std() > 5
     sunset.write_figures(tmp_path / "runs", tmp_path / "again")
     for file in sorted((tmp_path / "out").iterdir()):
         assert file.read_bytes() == (tmp_path / "again" / file.name).read_bytes(), file.name
 
 
-def test_without_matplotlib_the_data_is_written(
+def test_without_matplotlib_no_figures_are_written(
     store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     store("runs/1", seed=1)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    main(["report", str(tmp_path), "--figures", str(tmp_path / "out")])
-    assert {file.name for file in (tmp_path / "out").iterdir()} == {f"{name}.csv" for name in NAMES}
+    assert main(["report", str(tmp_path), "--figures", str(tmp_path / "out")]) == 2
+    assert not (tmp_path / "out").exists()
     assert "Figures need matplotlib" in capsys.readouterr().err
 
 
@@ -152,7 +113,7 @@ def test_figures_have_no_other_format(
 
 SVG = """
 return [...document.querySelectorAll("figure")].map(figure => [figure.id,
-    [...figure.querySelectorAll(".panels svg")].map(svg => {
+    [...figure.querySelectorAll("svg")].map(svg => {
         const box = svg.getBoundingClientRect();
         return [box.left, box.right, box.height, svg.querySelectorAll("path, use").length];
     })]);
@@ -181,19 +142,11 @@ def test_every_figure_is_drawn_within_the_width_of_a_window(browser: Browser, wi
     shown = dict(browser.evaluate(SVG))
     inner, page = browser.evaluate("return [innerWidth, document.documentElement.scrollWidth]")
     assert page <= inner
-    assert {name: len(panels) for name, panels in shown.items()} == {
-        "differences": 1,
-        "scores": 1,
-        "profiles": 2,
-        "cures": 3,
-        "fates": 3,
-        "costs": 1,
-    }
-    for panels in shown.values():
-        for left, right, height, strokes in panels:
-            assert 0 <= left < right <= inner
-            assert right - left > 280
-            assert height > 80
-            assert strokes > 8
+    assert {name: len(pictures) for name, pictures in shown.items()} == dict.fromkeys(NAMES, 1)
+    for ((left, right, height, strokes),) in shown.values():
+        assert 0 <= left < inner  # a picture that is wider than the window is scrolled by itself
+        assert right - left > 280
+        assert height > 80
+        assert strokes > 8
     assert browser.complaints() == []
     assert browser.requests() == []

@@ -16,9 +16,9 @@ from sunset.evaluation.system_styles import SHIPPED, styles
 from sunset.managing import MANAGERS
 from sunset.metrics import FaultOutcome
 
-CURED = FaultOutcome("gpu_failure", "F3", 1.0, 3.0, cured=3.0)
-MASKED = FaultOutcome("image_shift", "F4", 0.0, 20.0, masked_s=7.5)
-MISSED = FaultOutcome("gpu_failure", "F3", 4.0, 14.0)
+CURED = FaultOutcome("gpu_failure", "F3", 1.0, 3.0, cured=3.0, uncured_s=2.0)
+MASKED = FaultOutcome("image_shift", "F4", 0.0, 20.0, uncured_s=20.0, masked_s=7.5)
+MISSED = FaultOutcome("gpu_failure", "F3", 4.0, 14.0, uncured_s=10.0)
 IOU_ALL = {"none": 0.1, "baseline": 0.3, "oracle": 0.5}
 T_DOWN_S = {"none": 20.0, "baseline": 4.0, "oracle": 2.0}
 

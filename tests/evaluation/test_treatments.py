@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from tests.evaluation.test_report import row_of, run
 
-from sunset.evaluation import FORMATS, RunRow, format_report, load_results, summarise
+from sunset.evaluation import RunRow, format_report, load_results, summarise
 from sunset.metrics import FaultOutcome
 
 CURED = FaultOutcome("gpu_failure", "F3", 1.0, 3.0, cured=3.0, uncured_s=2.0)
@@ -36,17 +36,6 @@ def test_text_says_what_became_of_the_faults() -> None:
         "2.00 ± 0.00",
         "12.00 ± 0.00",
     ]
-
-
-@pytest.mark.parametrize("form", FORMATS)
-def test_columns_of_diagnoses_are_shown_only_where_there_are_some(form: str) -> None:
-    silent = format_report(summarise(rows()), form, every=True)
-    figures = {"diagnosis_precision": 0.8, "diagnosis_recall": 0.6, "t_diagnosis_s": 2.5}
-    told = format_report(summarise([*rows(), *rows("doctor", **figures)]), form, every=True)
-    if form not in {"csv", "json"}:
-        assert "recall" not in silent
-        assert "recall" in told
-    assert "0.6" in told
 
 
 def test_json_has_the_fates() -> None:

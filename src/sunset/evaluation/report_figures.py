@@ -223,7 +223,7 @@ def _fates(setup: Setup) -> ReportFigure:
     if faults:
         from matplotlib.patches import Patch  # noqa: PLC0415  an optional extra
 
-        picture, grid = panels(len(names), 6, 0.35 + 0.14 * len(faults))
+        picture, grid = panels(len(names), 6, max(1.0, 0.35 + 0.14 * len(faults)))
         for axes, name in zip(grid, names, strict=True):
             left = np.zeros(len(faults))
             for fate in FATES:
@@ -263,7 +263,7 @@ def _uncured(setup: Setup) -> ReportFigure:
     names, faults = list(setup.systems), sorted({fault for fault, _ in means})
     picture = None
     if faults:
-        picture, (axes,) = panels(1, 1, 0.5 + max(0.2, 0.05 * len(names)) * len(faults))
+        picture, (axes,) = panels(1, 1, max(1.2, 0.5 + max(0.2, 0.05 * len(names)) * len(faults)))
         for (fault, name), mean in means.items():
             # managing systems stand below one another, so that the same value of several can be seen
             offset = 0.7 * ((names.index(name) + 0.5) / len(names) - 0.5)

@@ -38,17 +38,6 @@ def test_text_tells_what_became_of_the_faults() -> None:
     assert row_of(times, label)[1:] == ["3", "2.00", "20.00", "14.00"]
 
 
-@pytest.mark.parametrize("form", FORMATS)
-def test_columns_of_diagnoses_are_shown_only_where_there_are_some(form: str) -> None:
-    silent = format_report(summarise(rows()), form)
-    figures = {"diagnosis_precision": 0.8, "diagnosis_recall": 0.6, "t_diagnosis_s": 2.5}
-    told = format_report(summarise([*rows(), *rows("doctor", **figures)]), form)
-    if form not in {"csv", "json"}:
-        assert "recall" not in silent
-        assert "recall" in told
-    assert "0.6" in told
-
-
 def test_json_has_the_curve_and_the_fates() -> None:
     (row,) = json.loads(format_report(summarise(rows()), "json"))["rows"]
     assert row["cured_rate"] == pytest.approx(1 / 3)
@@ -93,11 +82,11 @@ def test_runs_of_a_version_that_did_not_tell_have_no_figures_and_are_noted(
     whole = store("runs/1")
     told = render_report(tmp_path, form)
     metrics = json.loads((whole / "run.json").read_text())["metrics"]
-    added = {"masked_s", "adaptations_mistreated", "t_diagnosis_s"}
+    added = {"masked_s", "adaptations_mistreated"}
     older = {
         name: value
         for name, value in metrics.items()
-        if name not in added and not name.startswith(("faults_", "diagnosis_"))
+        if name not in added and not name.startswith("faults_")
     }
     edit(whole, metrics=older, fault_outcomes=...)
     (row,) = load_results(tmp_path)

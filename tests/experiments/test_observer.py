@@ -90,6 +90,16 @@ def test_a_request_and_its_answer_are_a_command(
     assert (command.kind, command.successful, command.reason) == outcome
 
 
+def test_a_command_breaks_a_rule_where_the_task_is_to_diagnose(sink: Sink) -> None:
+    observer = Observer(sink, task="diagnose")
+    exchange(observer, change("deactivate"), ChangeState.Response(success=True), client="/scenario_executor")
+    exchange(observer, GetParameters.Request(names=["modality"]), GetParameters.Response())
+    assert observer.violations == []
+    exchange(observer, change("deactivate"), ChangeState.Response(success=True))
+    (violation,) = observer.violations
+    assert violation == "/managing_system calls /service, and the task is to diagnose, without adaptations"
+
+
 def test_a_redeploy_is_a_command_to_the_node_and_not_to_the_launcher(sink: Sink) -> None:
     exchange(
         Observer(sink), Redeploy.Request(node="depth"), Redeploy.Response(success=True), server="/launcher"

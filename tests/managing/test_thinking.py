@@ -170,6 +170,22 @@ def test_no_such_time_can_be_thought(world: "World", seconds: object) -> None:
         thinker.think(seconds)  # type: ignore[arg-type]
 
 
+def test_adaptations_are_refused_where_the_task_is_to_diagnose(world: "World") -> None:
+    world.start(Launcher)
+    restarter = world.start(Restarter, parameters={"task": "diagnose"})
+    redeploying = world.start(Plain, parameters={"task": "diagnose"})
+    camera = world.start(Camera)
+    camera.trigger_configure()
+    camera.trigger_activate()
+    show(world)
+    world.run(1.0)
+    assert restarter.outcome is not None
+    assert restarter.outcome.result() is False
+    assert restarter.greeting["task"] == "diagnose"
+    assert len(redeploying.times) > 3
+    assert camera.state.label == "active"
+
+
 def test_a_diagnosis_is_published(world: "World") -> None:
     thinker = world.start(Plain)
     thinker.diagnose({"gpu_failure": 0.9, "sync_issue": 0})

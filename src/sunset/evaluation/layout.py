@@ -12,7 +12,7 @@ from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import ScoreTable
 from sunset.evaluation.summary import PAPER_SUITES, SystemRow
 from sunset.evaluation.treatments import fault_blocks, lines_of
-from sunset.system import REPAIR
+from sunset.system import DIAGNOSE, REPAIR
 from sunset.texts import counted, printable, shorten, tallied
 
 _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
@@ -91,7 +91,7 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
         *lead_blocks(scores),
         Block("The paper's figures", tuple(_COLUMNS[name] for name in _PAPER), main, PAPER_LABEL),
         *(fault_blocks(repairing) if every else ()),
-        *diagnosis_blocks(rows),
+        *diagnosis_blocks([row for row in rows if every or row.task == DIAGNOSE]),
         Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more, "tab:sunset-more"),
     )
     return Report(

@@ -174,16 +174,12 @@ def test_adaptations_are_refused_where_the_task_is_to_diagnose(world: "World") -
     world.start(Launcher)
     restarter = world.start(Restarter, parameters={"task": "diagnose"})
     redeploying = world.start(Plain, parameters={"task": "diagnose"})
-    camera = world.start(Camera)
-    camera.trigger_configure()
-    camera.trigger_activate()
     show(world)
     world.run(1.0)
     assert restarter.outcome is not None
     assert restarter.outcome.result() is False
     assert restarter.greeting["task"] == "diagnose"
     assert len(redeploying.times) > 3
-    assert camera.state.label == "active"
 
 
 def test_a_diagnosis_is_published(world: "World") -> None:

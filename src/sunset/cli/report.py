@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--figures",
         type=Path,
         metavar="DIR",
-        help="write a new folder with the figures of the table, each as PDF, PNG and CSV",
+        help="write a new folder with the figures of the table, each as PDF, SVG, PNG and CSV",
     )
     parser.add_argument(
         "--recompute",

@@ -43,6 +43,7 @@ _MOST_ROWS: Final = 54
 """How many rows fit the height of a page."""
 _SINGLE_ROWS: Final = 32
 """How many rows are drawn in one column; more are drawn in two."""
+_LABEL: Final = 31
 _TITLE: Final = 28
 """How many characters of a title fit a line."""
 _STEPS: Final = 100
@@ -291,9 +292,12 @@ def _rows(
     setup: Setup, groups: Sequence[_Group], label: str, guides: Sequence[float]
 ) -> tuple["Figure | None", list[str]]:
     """Return a figure of rows with intervals over one scale, None if there are none, and what it leaves out."""
-    groups = [(fill(printable(title), _TITLE), marks) for title, marks in groups if marks]
+    groups = [(title, marks) for title, marks in groups if marks]
     if not groups:
         return None, []
+    longest = max(len(short_name(name, _LABEL)) for _, marks in groups for name, _, _ in marks)
+    room = max(14, min(_TITLE, 44 - longest))  # a title stands beside the labels
+    groups = [(fill(printable(title), room), marks) for title, marks in groups]
     heights = {title: title.count("\n") + 1 + len(marks) for title, marks in groups}
     total = sum(heights.values())
     most = total if total <= _SINGLE_ROWS else min(_MOST_ROWS, (total + max(heights.values())) // 2)
@@ -304,7 +308,7 @@ def _rows(
         columns[-1].append(group)
     left_out = [title for column in columns[2:] for title, _ in column]
     rows = max(sum(heights[title] for title, _ in column) for column in columns[:2])
-    picture, grid = panels(len(columns[:2]), 2, 0.5 + _ROW_IN * rows)
+    picture, grid = panels(len(columns[:2]), 2, 0.5 + _ROW_IN * rows, sharey=False)
     for axes, column in zip(grid, columns, strict=False):
         ticks: dict[int, str] = {}
         place = 0
@@ -313,7 +317,7 @@ def _rows(
             place += heights[title] - len(marks)
             for name, system, found in marks:
                 _draw_interval(axes, found, place, setup.looks[system])
-                ticks[place] = short_name(name, 31)
+                ticks[place] = short_name(name, _LABEL)
                 place += 1
         for guide in guides:
             axes.axvline(guide, color=SOFT, linewidth=0.8, linestyle=(0, (4, 2)), zorder=0)

@@ -84,9 +84,7 @@ def test_runs_of_a_version_that_did_not_tell_have_no_figures_and_are_noted(
     metrics = json.loads((whole / "run.json").read_text())["metrics"]
     added = {"masked_s", "adaptations_mistreated"}
     older = {
-        name: value
-        for name, value in metrics.items()
-        if name not in added and not name.startswith("faults_")
+        name: value for name, value in metrics.items() if name not in added and not name.startswith("faults_")
     }
     edit(whole, metrics=older, fault_outcomes=...)
     (row,) = load_results(tmp_path)

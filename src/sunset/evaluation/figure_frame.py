@@ -122,16 +122,16 @@ def report_drawing(settings: Mapping[str, Any] | None = None) -> Iterator[None]:
 
 
 def panels(
-    count: int, most_columns: int, height: float, *, sharex: Any = True, sharey: bool = True
+    count: int, most_columns: int, height: float, *, sharex: Any = True, sharey: Any = True
 ) -> tuple["Figure", list["Axes"]]:
-    """Return a figure of so many panels with the same scales, and these.
+    """Return a figure of so many panels, and these.
 
     Args:
         count: of the panels.
         most_columns: how many of them are beside one another at most.
         height: of each [in].
         sharex: which panels have the same horizontal scale, as matplotlib says it.
-        sharey: whether they have the same vertical scale and labels.
+        sharey: likewise of the vertical scale.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
 
@@ -149,7 +149,7 @@ def panels(
 def add_legend(figure: "Figure", handles: Iterable[Any]) -> None:
     """Put a legend below a figure, which becomes higher by it."""
     found = list(handles)
-    width = 0.6 + 0.065 * max(len(handle.get_label()) for handle in found)
+    width = 0.6 + 0.07 * max(len(handle.get_label()) for handle in found)
     columns = max(1, min(len(found), int(figure.get_figwidth() / width)))
     figure.set_figheight(min(HEIGHT_IN, figure.get_figheight() + 0.05 + 0.17 * ceil(len(found) / columns)))
     figure.legend(handles=found, loc="outside lower center", ncols=columns, frameon=False, handlelength=3)

@@ -43,9 +43,10 @@ _MOST_ROWS: Final = 54
 """How many rows fit the height of a page."""
 _SINGLE_ROWS: Final = 32
 """How many rows are drawn in one column; more are drawn in two."""
-_LABEL: Final = 31
 _TITLE: Final = 28
-"""How many characters of a title fit a line."""
+_HEADING: Final = 40
+_NAME: Final = 11
+"""How many characters fit a line: of the title of a panel, of a heading in a column, and of a narrow title."""
 _STEPS: Final = 100
 """Into how many steps a profile divides its axis."""
 _PROFILED: Final = (
@@ -224,8 +225,10 @@ def _fates(setup: Setup) -> ReportFigure:
     if faults:
         from matplotlib.patches import Patch  # noqa: PLC0415  an optional extra
 
-        picture, grid = panels(len(names), 6, max(1.0, 0.35 + 0.14 * len(faults)))
-        for axes, name in zip(grid, names, strict=True):
+        titles = [fill(short_name(name), _NAME) for name in names]
+        most = max(title.count("\n") for title in titles)
+        picture, grid = panels(len(names), 6, max(1.0, 0.4 + 0.14 * (len(faults) + most)))
+        for axes, name, title in zip(grid, names, titles, strict=True):
             left = np.zeros(len(faults))
             for fate in FATES:
                 shares = np.array([_share(counts.get((fault, name)), fate) for fault in faults])
@@ -239,7 +242,7 @@ def _fates(setup: Setup) -> ReportFigure:
                 left += shares
             axes.set(xlim=(0, 1), ylim=(len(faults) - 0.4, -0.6))
             axes.set_xticks([0, 0.5, 1], ["0", "50", "100 %"])
-            axes.set_title(fill(short_name(name), 14))
+            axes.set_title(title)
             _label_faults(axes, faults)
         add_legend(
             picture, [Patch(label=fate, facecolor=_FATE_COLOURS[fate], edgecolor=SOFT) for fate in FATES]
@@ -292,12 +295,9 @@ def _rows(
     setup: Setup, groups: Sequence[_Group], label: str, guides: Sequence[float]
 ) -> tuple["Figure | None", list[str]]:
     """Return a figure of rows with intervals over one scale, None if there are none, and what it leaves out."""
-    groups = [(title, marks) for title, marks in groups if marks]
+    groups = [(fill(printable(title), _HEADING), marks) for title, marks in groups if marks]
     if not groups:
         return None, []
-    longest = max(len(short_name(name, _LABEL)) for _, marks in groups for name, _, _ in marks)
-    room = max(14, min(_TITLE, 44 - longest))  # a title stands beside the labels
-    groups = [(fill(printable(title), room), marks) for title, marks in groups]
     heights = {title: title.count("\n") + 1 + len(marks) for title, marks in groups}
     total = sum(heights.values())
     most = total if total <= _SINGLE_ROWS else min(_MOST_ROWS, (total + max(heights.values())) // 2)
@@ -311,13 +311,19 @@ def _rows(
     picture, grid = panels(len(columns[:2]), 2, 0.5 + _ROW_IN * rows, sharey=False)
     for axes, column in zip(grid, columns, strict=False):
         ticks: dict[int, str] = {}
+        longest = max(len(short_name(name, 31)) for _, marks in column for name, _, _ in marks)
         place = 0
         for title, marks in column:
-            axes.text(0, place - 0.45, title, transform=axes.get_yaxis_transform(), va="top", weight="bold")
+            axes.annotate(
+                *(title, (0, place - 0.45), (-4.5 * longest, 0), axes.get_yaxis_transform(), "offset points"),
+                va="top",
+                weight="bold",
+                in_layout=False,
+            )
             place += heights[title] - len(marks)
             for name, system, found in marks:
                 _draw_interval(axes, found, place, setup.looks[system])
-                ticks[place] = short_name(name, _LABEL)
+                ticks[place] = short_name(name, 31)
                 place += 1
         for guide in guides:
             axes.axvline(guide, color=SOFT, linewidth=0.8, linestyle=(0, (4, 2)), zorder=0)

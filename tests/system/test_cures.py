@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 import msgspec
 from hypothesis import given
 from hypothesis import strategies as st

@@ -12,8 +12,13 @@ Effects are of a normal distribution, or with `--effects skewed` of a lognormal 
 great: as if a managing system failed with few degradations, and totally.
 
 Prints, for 3, 5 and 9 degradations, the least and the most often that the 95 % intervals of a paired difference and of
+<<<<<<< HEAD
 a score hold the true one, over campaigns on 1, 3 and 4 flights with 3 and 5 seeds; and how often they detect a
 difference of which reports say that they detect it with 80 %.
+=======
+a score hold the true one, over campaigns on 1, 3 and 4 flights with 3 and 5 seeds; and how often a difference is
+detected that reports call detectable with 80 %.
+>>>>>>> intervals
 """
 
 import argparse
@@ -69,7 +74,7 @@ class Coverage:
     Attributes:
         difference: the interval of a difference held the true one.
         score: likewise of a score.
-        power: a difference was told that is detectable with `POWER`.
+        power: a difference was detected that is detectable with `POWER`.
     """
 
     difference: float

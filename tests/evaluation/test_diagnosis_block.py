@@ -65,7 +65,7 @@ def test_runs_that_only_diagnose_have_rows_of_their_own_and_no_score() -> None:
     ]
     assert score_tables(runs) == []
     text = format_report(found)
-    paper = text.partition("The paper's figures")[2].partition("\n\n")[0]
+    paper = text.partition("The paper's figures\n\n")[2].partition("\n\n")[0]
     assert "mine (timed)" in paper
     assert "[diagnose]" not in paper
     told = {row["system"]: row["task"] for row in json.loads(format_report(found, "json"))["rows"]}

@@ -24,7 +24,6 @@ from sunset.ros.task import Future
 from sunset.ros.timer import Timer
 from sunset.system.vocabulary import (
     BLACKBOARD_TOPIC,
-    DIAGNOSE,
     DIAGNOSIS_TOPIC,
     MANAGING_SYSTEM,
     REPAIR,
@@ -112,14 +111,11 @@ class ManagingSystem(Node):
                 floating_point_range=[FloatingPointRange(from_value=0.01, to_value=60.0)],
             ),
         )
-        task = self.declare_parameter(
-            "task", REPAIR, ParameterDescriptor(description="repair or diagnose", read_only=True)
-        )
         # Two underscores: out of the way of a subclass's own attributes.
         self.__blackboard: dict[str, Value] = {}
         self.__callers: dict[str, AnyClient] = {}
         self.__diagnoses: Publisher[Diagnosis] | None = None
-        self.__may_adapt = task.value != DIAGNOSE
+        self.__may_adapt = self.declare_parameter("task", REPAIR).value == REPAIR
         self.__charge_s = self.__declare_thinking() if "thinking" in self._parameter_overrides else 0.0
         self.__charged = False  # for the decision that is being thought of
         self.__thought: Timer | None = None
@@ -225,13 +221,10 @@ class ManagingSystem(Node):
         """
         result: Future[bool] = Future()
 
-        def activated(deactivation: bool, activation: Future[bool]) -> None:
-            result.set_result(deactivation and activation.result() is True)
-
         def deactivated(deactivation: Future[bool]) -> None:
             outcome = deactivation.result() is True
             activation = self.__transition(node, Transition.TRANSITION_ACTIVATE, "activate", at_once=True)
-            activation.add_done_callback(lambda activation: activated(outcome, activation))
+            activation.add_done_callback(lambda done: result.set_result(outcome and done.result() is True))
 
         self.deactivate(node).add_done_callback(deactivated)
         return result

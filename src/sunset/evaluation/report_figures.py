@@ -315,7 +315,7 @@ def _rows(
         place = 0
         for title, marks in column:
             axes.annotate(
-                *(title, (0, place - 0.45), (-4.5 * longest, 0), axes.get_yaxis_transform(), "offset points"),
+                *(title, (0, place - 0.25), (-4.5 * longest, 0), axes.get_yaxis_transform(), "offset points"),
                 va="top",
                 weight="bold",
                 in_layout=False,

@@ -1,4 +1,4 @@
-"""How often the intervals of reports hold what is true, and whether power is kept: simulated campaigns.
+"""How often the intervals of reports hold what is true, and whether power is kept: simulated campaigns of known truth.
 
 A campaign's differences in utility, and what repairing wins in it, are drawn from a model of crossed random effects: of
 degradations, flights, seeds, each two of them, and all three. A campaign on fewer than three flights speaks of these
@@ -12,13 +12,8 @@ Effects are of a normal distribution, or with `--effects skewed` of a lognormal 
 great: as if a managing system failed with few degradations, and totally.
 
 Prints, for 3, 5 and 9 degradations, the least and the most often that the 95 % intervals of a paired difference and of
-<<<<<<< HEAD
-a score hold the true one, over campaigns on 1, 3 and 4 flights with 3 and 5 seeds; and how often they detect a
-difference of which reports say that they detect it with 80 %.
-=======
 a score hold the true one, over campaigns on 1, 3 and 4 flights with 3 and 5 seeds; and how often a difference is
 detected that reports call detectable with 80 %.
->>>>>>> intervals
 """
 
 import argparse

@@ -62,13 +62,8 @@ def test_runs_that_only_diagnose_have_rows_of_their_own_and_no_score() -> None:
     assert [row.system for row in found] == [
         *("none (timed) [diagnose]", "oracle (timed) [diagnose]", "mine (timed) [diagnose]", "mine (timed)"),
     ]
-<<<<<<< HEAD
     assert [row.system for table in score_tables(runs) for row in table.rows] == ["mine"]
     text = format_report(found, every=True)
-=======
-    assert score_tables(runs) == []
-    text = format_report(found)
->>>>>>> diagnosis
     paper = text.partition("The paper's figures\n\n")[2].partition("\n\n")[0]
     assert "mine (timed)" in paper
     assert "[diagnose]" not in paper

@@ -146,11 +146,7 @@ def spread(top: Sequence[float], bottom: Sequence[float], clusters: Sequence[Clu
         np.ravel_multi_index([codes[place] for place in places], counts), return_inverse=True
     )
     levels = dict(zip(places, np.unravel_index(cells, counts), strict=True))
-<<<<<<< HEAD
-    squares, rest = _mean_squares(np.asarray(np.bincount(cell, apart), float), levels)
-=======
     squares, rest = _mean_squares(np.bincount(cell, apart).astype(np.float64), levels)
->>>>>>> intervals
     return Spread(MappingProxyType(_parts(squares, rest, sizes)), sizes)
 
 

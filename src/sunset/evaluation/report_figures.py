@@ -231,7 +231,7 @@ def _fates(setup: Setup) -> ReportFigure:
 
         titles = [fill(short_name(name), _NAME) for name in names]
         most = max(title.count("\n") for title in titles)
-        picture, grid = panels(len(names), 6, 0.4 + 0.14 * (len(faults) + most))
+        picture, grid = panels(len(names), 6, 0.55 + 0.15 * (len(faults) + most))
         for axes, name, title in zip(grid, names, titles, strict=True):
             left = np.zeros(len(faults))
             for fate in FATES:
@@ -319,7 +319,7 @@ def _rows(
         place = 0
         for title, marks in column:
             axes.annotate(
-                *(title, (0, place - 0.25), (-4.5 * longest, 0), axes.get_yaxis_transform(), "offset points"),
+                *(title, (0, place - 0.25), (-3.6 * longest, 0), axes.get_yaxis_transform(), "offset points"),
                 va="top",
                 weight="bold",
                 in_layout=False,

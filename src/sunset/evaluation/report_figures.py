@@ -1,7 +1,7 @@
 """The figures of a report: a function of matplotlib each."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from statistics import fmean
 from textwrap import fill
 from typing import TYPE_CHECKING, Final
@@ -20,20 +20,22 @@ from sunset.evaluation.figure_frame import (
 )
 from sunset.evaluation.figure_runs import (
     UTILITY,
+    Fault,
     Setup,
     Suite,
-    flight_name,
+    outcomes_of,
     pairs_won,
+    scores_of,
     setup_of,
     uncured_s,
     utility_difference,
     values,
 )
 from sunset.evaluation.results import RunRow
-from sunset.evaluation.scores import LEAST_GAIN, ScoreTable, score_rows
+from sunset.evaluation.scores import LEAST_GAIN, ScoreTable
 from sunset.evaluation.system_styles import PAPER, Style
 from sunset.figures import BLUE, can_draw
-from sunset.metrics import FATES, FaultOutcome
+from sunset.metrics import FATES
 from sunset.recording import SCORE_REFERENCES
 from sunset.texts import listed, printable
 
@@ -64,8 +66,6 @@ _Mark = tuple[str, str, Estimate]
 """The label of a row, its managing system, and what is marked."""
 _Group = tuple[str, Sequence[_Mark]]
 """A heading, and the rows below it."""
-_Fault = tuple[str, str]
-"""The failure that a fault shows as, and its name."""
 
 
 def report_figures(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[ReportFigure]:
@@ -84,7 +84,7 @@ def report_figures(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list
 
 def _scores(setup: Setup) -> ReportFigure:
     groups, lines = [], []
-    for suite, flight, title, scores in _scored(setup):
+    for suite, flight, title, scores in scores_of(setup):
         marks = [(name, name, score) for name, score in scores if score]
         lines += [(suite, flight, name, score.runs, *_cells(score)) for _, name, score in marks]
         groups.append((title, [mark for mark in marks if mark[1] not in SCORE_REFERENCES]))
@@ -222,7 +222,7 @@ def _costs(setup: Setup) -> ReportFigure:
 
 
 def _fates(setup: Setup) -> ReportFigure:
-    outcomes = _outcomes(setup)
+    outcomes = outcomes_of(setup)
     names, faults = list(setup.systems), sorted({fault for fault, _ in outcomes})
     counts = {key: Counter(outcome.fate for outcome in found) for key, found in outcomes.items()}
     picture = None
@@ -267,7 +267,7 @@ def _fates(setup: Setup) -> ReportFigure:
 
 
 def _uncured(setup: Setup) -> ReportFigure:
-    means = {key: fmean(map(uncured_s, found)) for key, found in _outcomes(setup).items()}
+    means = {key: fmean(map(uncured_s, found)) for key, found in outcomes_of(setup).items()}
     names, faults = list(setup.systems), sorted({fault for fault, _ in means})
     picture = None
     if faults:
@@ -339,25 +339,6 @@ def _rows(
     return picture, [f"Not drawn, but in the data: {listed(left_out)}."] if left_out else []
 
 
-def _scored(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estimate | None]]]]:
-    """Give the suite, flight and heading of a group, and its scores by managing system."""
-    for suite in setup.suites:
-        rows = suite.table.rows if suite.table else ()
-        yield (
-            suite.name,
-            "",
-            suite.title,
-            [(setup.managers[row.system], row.score) for row in rows if not row.is_calm],
-        )
-    flights = sorted({flight_name(run) for runs in setup.scored.values() for run in runs})
-    for flight in flights if len(flights) > 1 else ():
-        systems = {
-            name: [run for run in runs if flight_name(run) == flight] for name, runs in setup.scored.items()
-        }
-        rows = score_rows({name: runs for name, runs in systems.items() if runs})
-        yield "", flight, f"flight {flight}", [(row.system, row.score) for row in rows]
-
-
 def _shown(setup: Setup, most: int, can_show: Callable[[Suite], bool]) -> tuple[list[Suite], list[str]]:
     """Return the suites that a figure draws, and sentences on the others."""
     shown = [suite for suite in setup.suites if can_show(suite) and not suite.is_flat][:most]
@@ -367,15 +348,6 @@ def _shown(setup: Setup, most: int, can_show: Callable[[Suite], bool]) -> tuple[
         *([f"Not drawn, but in the data, {why}: {listed(others)}."] if others else []),
         *setup.remarks,
     ]
-
-
-def _outcomes(setup: Setup) -> dict[tuple[_Fault, str], list[FaultOutcome]]:
-    """Return what became of the faults: (fault, managing system) → outcomes."""
-    found: dict[tuple[_Fault, str], list[FaultOutcome]] = {}
-    for name, runs in setup.systems.items():
-        for outcome in (outcome for run in runs for outcome in run.outcomes or ()):
-            found.setdefault(((outcome.failure, outcome.fault), name), []).append(outcome)
-    return found
 
 
 def _share(counts: Counter[str] | None, fate: str) -> float:
@@ -399,7 +371,7 @@ def _draw_interval(axes: "Axes", found: Estimate, place: float, style: Style) ->
     axes.plot([found.mean], [place], **style.points)
 
 
-def _label_faults(axes: "Axes", faults: Sequence[_Fault]) -> None:
+def _label_faults(axes: "Axes", faults: Sequence[Fault]) -> None:
     axes.set_yticks(
         range(len(faults)), [f"{fault.replace('_', ' ')} ({failure})" for failure, fault in faults]
     )

@@ -59,14 +59,6 @@ def panels_of(figure: ReportFigure) -> list[Any]:
     return [axes for axes in figure.picture.axes if axes.axison] if figure.picture else []
 
 
-def texts_of(figure: ReportFigure) -> list[str]:
-    """Return every text that is drawn."""
-    from matplotlib.text import Text  # noqa: PLC0415  an optional extra
-
-    assert figure.picture
-    return [text.get_text() for text in figure.picture.findobj(Text) if text.get_text()]
-
-
 def campaign(
     managers: Iterable[str], flights: Iterable[str] = ("",), suites: Iterable[str] = ("artifact",)
 ) -> list[RunRow]:
@@ -219,12 +211,14 @@ def test_every_figure_fits_a_page_with_all_of_its_text() -> None:
             figure.picture.draw_without_rendering()
             width, height = figure.picture.get_size_inches()
             box = figure.picture.get_tightbbox()
+            headings = [text.get_window_extent() for panel in panels_of(figure) for text in panel.texts]
         assert width in {COLUMN_IN, PAGE_IN}
         assert height <= HEIGHT_IN
         assert box.x0 > -0.02
         assert box.y0 > -0.02
         assert box.x1 < width + 0.02
         assert box.y1 < height + 0.02
+        assert all(0 <= text.x0 < text.x1 <= figure.picture.bbox.x1 for text in headings)
 
 
 def test_panels_to_be_compared_have_the_same_scales() -> None:

@@ -5,16 +5,20 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
+from sunset.evaluation.estimates import Estimate
 from sunset.evaluation.results import RunRow
-from sunset.evaluation.scores import LEAST_GAIN, ScoreTable, is_scored
+from sunset.evaluation.scores import LEAST_GAIN, ScoreTable, is_scored, score_rows
 from sunset.evaluation.summary import manager_names, part_label
 from sunset.evaluation.system_styles import Style, in_order, styles
+from sunset.metrics import FaultOutcome
 from sunset.recording import TABLE_REFERENCES
 from sunset.texts import counted
 
 _FIRST_SUITES: Final = ("timed", "", "test", "wild", "paper")
 """The suites that figures show first."""
 
+Fault = tuple[str, str]
+"""The failure that a fault shows as, and its name."""
 _Key = TypeVar("_Key")
 
 Systems = Mapping[str, Sequence[RunRow]]
@@ -67,9 +71,32 @@ def values(runs: Sequence[RunRow], figure: str) -> list[float]:
     return [value for run in runs if (value := run.metrics[figure]) is not None]
 
 
-def flight_name(run: RunRow) -> str:
-    """Return what the flight of a run is called."""
-    return run.flight.name or run.flight.short_bag
+def scores_of(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estimate | None]]]]:
+    """Give the suite, flight and heading of a group, and its scores by managing system."""
+    for suite in setup.suites:
+        rows = suite.table.rows if suite.table else ()
+        yield (
+            suite.name,
+            "",
+            suite.title,
+            [(setup.managers[row.system], row.score) for row in rows if not row.is_calm],
+        )
+    flights = sorted({_flight_name(run) for runs in setup.scored.values() for run in runs})
+    for flight in flights if len(flights) > 1 else ():
+        systems = {
+            name: [run for run in runs if _flight_name(run) == flight] for name, runs in setup.scored.items()
+        }
+        rows = score_rows({name: runs for name, runs in systems.items() if runs})
+        yield "", flight, f"flight {flight}", [(row.system, row.score) for row in rows]
+
+
+def outcomes_of(setup: Setup) -> dict[tuple[Fault, str], list[FaultOutcome]]:
+    """Return what became of the faults: (fault, managing system) → outcomes."""
+    found: dict[tuple[Fault, str], list[FaultOutcome]] = {}
+    for name, runs in setup.systems.items():
+        for outcome in (outcome for run in runs for outcome in run.outcomes or ()):
+            found.setdefault(((outcome.failure, outcome.fault), name), []).append(outcome)
+    return found
 
 
 def setup_of(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> Setup:
@@ -118,6 +145,10 @@ def _remarks(systems: Systems, others: int) -> Iterator[str]:
         yield f"Managing systems have different numbers of valid runs: {', '.join(counts)}."
     if others:
         yield f"{counted(others, 'run')} of other models, middlewares, thinking times or versions are left out."
+
+
+def _flight_name(run: RunRow) -> str:
+    return run.flight.name or run.flight.short_bag
 
 
 def _facts(run: RunRow) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """The figures of a report: a function of matplotlib each."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from statistics import fmean
 from textwrap import fill
 from typing import TYPE_CHECKING, Final
@@ -19,17 +19,19 @@ from sunset.evaluation.figure_frame import (
     short_name,
 )
 from sunset.evaluation.figure_runs import (
+    Fault,
     Setup,
     Suite,
-    flight_name,
+    outcomes_of,
+    scores_of,
     setup_of,
     values,
 )
 from sunset.evaluation.results import RunRow
-from sunset.evaluation.scores import LEAST_GAIN, ScoreTable, score_rows
+from sunset.evaluation.scores import LEAST_GAIN, ScoreTable
 from sunset.evaluation.system_styles import PAPER, Style
 from sunset.figures import BLUE, can_draw
-from sunset.metrics import FATES, FaultOutcome
+from sunset.metrics import FATES
 from sunset.recording import SCORE_REFERENCES
 from sunset.texts import listed, printable
 
@@ -60,8 +62,6 @@ _Mark = tuple[str, str, Estimate]
 """The label of a row, its managing system, and what is marked."""
 _Group = tuple[str, Sequence[_Mark]]
 """A heading, and the rows below it."""
-_Fault = tuple[str, str]
-"""The failure that a fault shows as, and its name."""
 
 
 def report_figures(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[ReportFigure]:
@@ -80,7 +80,7 @@ def report_figures(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list
 
 def _scores(setup: Setup) -> ReportFigure:
     groups, lines = [], []
-    for suite, flight, title, scores in _scored(setup):
+    for suite, flight, title, scores in scores_of(setup):
         marks = [(name, name, score) for name, score in scores if score]
         lines += [(suite, flight, name, score.runs, *_cells(score)) for _, name, score in marks]
         groups.append((title, [mark for mark in marks if mark[1] not in SCORE_REFERENCES]))
@@ -218,7 +218,7 @@ def _costs(setup: Setup) -> ReportFigure:
 
 
 def _fates(setup: Setup) -> ReportFigure:
-    outcomes = _outcomes(setup)
+    outcomes = outcomes_of(setup)
     names, faults = list(setup.systems), sorted({fault for fault, _ in outcomes})
     counts = {key: Counter(outcome.fate for outcome in found) for key, found in outcomes.items()}
     picture = None
@@ -227,7 +227,7 @@ def _fates(setup: Setup) -> ReportFigure:
 
         titles = [fill(short_name(name), _NAME) for name in names]
         most = max(title.count("\n") for title in titles)
-        picture, grid = panels(len(names), 6, max(1.0, 0.4 + 0.14 * (len(faults) + most)))
+        picture, grid = panels(len(names), 6, 0.55 + 0.15 * (len(faults) + most))
         for axes, name, title in zip(grid, names, titles, strict=True):
             left = np.zeros(len(faults))
             for fate in FATES:
@@ -263,7 +263,7 @@ def _fates(setup: Setup) -> ReportFigure:
 
 
 def _uncured(setup: Setup) -> ReportFigure:
-    means = {key: fmean(one.uncured_s for one in found) for key, found in _outcomes(setup).items()}
+    means = {key: fmean(one.uncured_s for one in found) for key, found in outcomes_of(setup).items()}
     names, faults = list(setup.systems), sorted({fault for fault, _ in means})
     picture = None
     if faults:
@@ -315,7 +315,7 @@ def _rows(
         place = 0
         for title, marks in column:
             axes.annotate(
-                *(title, (0, place - 0.25), (-4.5 * longest, 0), axes.get_yaxis_transform(), "offset points"),
+                *(title, (0, place - 0.25), (-3.6 * longest, 0), axes.get_yaxis_transform(), "offset points"),
                 va="top",
                 weight="bold",
                 in_layout=False,
@@ -335,25 +335,6 @@ def _rows(
     return picture, [f"Not drawn, but in the data: {listed(left_out)}."] if left_out else []
 
 
-def _scored(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estimate | None]]]]:
-    """Give the suite, flight and heading of a group, and its scores by managing system."""
-    for suite in setup.suites:
-        rows = suite.table.rows if suite.table else ()
-        yield (
-            suite.name,
-            "",
-            suite.title,
-            [(setup.managers[row.system], row.score) for row in rows if not row.is_calm],
-        )
-    flights = sorted({flight_name(run) for runs in setup.scored.values() for run in runs})
-    for flight in flights if len(flights) > 1 else ():
-        systems = {
-            name: [run for run in runs if flight_name(run) == flight] for name, runs in setup.scored.items()
-        }
-        rows = score_rows({name: runs for name, runs in systems.items() if runs})
-        yield "", flight, f"flight {flight}", [(row.system, row.score) for row in rows]
-
-
 def _shown(setup: Setup, most: int, can_show: Callable[[Suite], bool]) -> tuple[list[Suite], list[str]]:
     """Return the suites that a figure draws, and sentences on the others."""
     shown = [suite for suite in setup.suites if can_show(suite) and not suite.is_flat][:most]
@@ -363,15 +344,6 @@ def _shown(setup: Setup, most: int, can_show: Callable[[Suite], bool]) -> tuple[
         *([f"Not drawn, but in the data, {why}: {listed(others)}."] if others else []),
         *setup.remarks,
     ]
-
-
-def _outcomes(setup: Setup) -> dict[tuple[_Fault, str], list[FaultOutcome]]:
-    """Return what became of the faults: (fault, managing system) → outcomes."""
-    found: dict[tuple[_Fault, str], list[FaultOutcome]] = {}
-    for name, runs in setup.systems.items():
-        for outcome in (outcome for run in runs for outcome in run.outcomes or ()):
-            found.setdefault(((outcome.failure, outcome.fault), name), []).append(outcome)
-    return found
 
 
 def _share(counts: Counter[str] | None, fate: str) -> float:
@@ -395,7 +367,7 @@ def _draw_interval(axes: "Axes", found: Estimate, place: float, style: Style) ->
     axes.plot([found.mean], [place], **style.points)
 
 
-def _label_faults(axes: "Axes", faults: Sequence[_Fault]) -> None:
+def _label_faults(axes: "Axes", faults: Sequence[Fault]) -> None:
     axes.set_yticks(
         range(len(faults)), [f"{fault.replace('_', ' ')} ({failure})" for failure, fault in faults]
     )

@@ -101,7 +101,7 @@ def _score_lines(row: ScoreRow, *, has_harm: bool) -> tuple[Line, ...]:
     score = None if row.is_reference else row.score
     found = [score, *[row.harm] * has_harm, *(row.estimates[name] for name in FIRST_FIGURES)]
     cells = [_mean(row.score), *map(_mean, found[1:])]
-    cured = f"{row.cured}/{row.faults} ({row.cured / row.faults:.0%})" if row.faults else None
+    cured = f"{row.cured}/{row.faults}" if row.faults else None
     evidence = {"none": "nothing", "oracle": "the faults"}.get(row.manager, row.evidence)
     lost = str(row.invalid + row.missing)
     line = Line(LineKind.OURS, row.system, str(row.runs), (evidence, *cells, cured, lost))

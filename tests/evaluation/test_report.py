@@ -205,7 +205,10 @@ def test_a_managing_system_that_fails_for_one_reason_in_many_runs_is_told_of_onc
         for scenario in ("paper/a", "paper/b")
     ]
     text = " ".join(format_report(summarise(failed)).split())
-    assert "6 invalid runs are left out: The managing system m.py:M failed: it raised KeyError: 'k'" in text
+    assert (
+        "6 invalid runs are left out of all columns but the score: The managing system m.py:M failed: it raised KeyError: 'k'"
+        in text
+    )
     assert text.count("KeyError") == 1
     assert "… (6 times)." in text
     assert text.count("'k'") < 100
@@ -224,8 +227,11 @@ def test_a_reason_is_stripped_of_a_scenario_that_another_one_shares_its_name_wit
 def test_invalid_runs_are_told_with_their_reasons() -> None:
     cheats = [run("baseline", "paper", seed, reason="it read the truth") for seed in (7, 8)]
     text = " ".join(format_report(table(*cheats, run("none", "paper", 9, reason="it crashed"))).split())
-    assert "baseline: 2 invalid runs are left out: it read the truth (2 times)." in text
-    assert "none: 1 invalid run is left out: it crashed." in text
+    assert (
+        "baseline: 2 invalid runs are left out of all columns but the score: it read the truth (2 times)."
+        in text
+    )
+    assert "none: 1 invalid run is left out of all columns but the score: it crashed." in text
     assert "Every run is valid" not in text
     assert "Every run is valid." in format_report(table())
 

@@ -77,7 +77,7 @@ def test_an_invalid_or_missing_run_counts_as_never_repairing(is_missing: bool) -
         place for place, one in enumerate(whole) if (one.manager, one.alike, one.seed) == ("half", "a", 1)
     )
     lost = [] if is_missing else [replace(whole[place], valid=False, reason="broken")]
-    honest = replace(whole[place], metrics={**whole[place].metrics, "utility": 0.2})
+    honest = replace(whole[place], metrics={**whole[place].metrics, "iou_all": 0.2})
 
     found = only(score_tables([*whole[:place], *lost, *whole[place + 1 :]]))
     expected = only(score_tables([*whole[:place], honest, *whole[place + 1 :]]))
@@ -105,9 +105,25 @@ def test_managing_systems_are_compared_with_those_that_looked_at_the_same() -> N
     }
 
 
+def test_a_bad_warm_up_makes_no_adaptation_cheaper() -> None:
+    whole = [
+        replace(one, metrics={**one.metrics, "cost_frames": 20}) if one.manager == "half" else one
+        for one in campaign(half=0.5)
+    ]
+    spoilt = [
+        replace(one, metrics={**one.metrics, "iou_healthy": 0.1}) if one.manager == "half" else one
+        for one in whole
+    ]
+    assert [row.score for row in only(score_tables(whole)).rows] == [
+        row.score for row in only(score_tables(spoilt)).rows
+    ]
+
+
 def test_the_order_is_given_at_multiples_of_the_prices() -> None:
     runs = [
-        replace(one, metrics={**one.metrics, "iou_all": (one.metrics["utility"] or 0.0) + 0.06})
+        replace(
+            one, metrics={**one.metrics, "iou_all": (one.metrics["iou_all"] or 0.0) + 0.06, "cost_frames": 24}
+        )
         if one.manager == "dear"
         else one
         for one in campaign(dear=0.5, cheap=0.6)
@@ -136,7 +152,7 @@ def test_no_managing_system_is_ranked_by_the_runs_that_it_lets_count() -> None:
 def test_whether_there_is_something_to_repair_does_not_depend_on_the_seed() -> None:
     gains = {1: 0.021, 2: 0.018, 3: 0.018}
     runs = [
-        replace(one, metrics={**one.metrics, "utility": 0.2 + gains[one.seed]})
+        replace(one, metrics={**one.metrics, "iou_all": 0.2 + gains[one.seed]})
         if (one.manager, one.alike) == ("oracle", NOTHING_TO_REPAIR)
         else one
         for one in campaign(half=0.5)
@@ -151,7 +167,7 @@ def test_where_there_is_mostly_nothing_to_repair_harm_ranks() -> None:
     calm = [one for one in campaign(lucky=1.0, harmless=0.0) if one.alike in {NOTHING_TO_REPAIR, "a"}]
     calm = [one for one in calm if one.alike != "a" or one.seed == 1]
     kept = [
-        replace(one, metrics={**one.metrics, "utility": 0.2})
+        replace(one, metrics={**one.metrics, "iou_all": 0.2})
         if (one.manager, one.alike) == ("harmless", NOTHING_TO_REPAIR)
         else one
         for one in calm
@@ -188,7 +204,7 @@ def test_unlike_runs_of_one_experiment_count_by_their_mean_whichever_comes_last(
     better = replace(
         next(one for one in whole if (one.manager, one.alike, one.seed) == ("half", "a", 1)), digest="another"
     )
-    better = replace(better, metrics={**better.metrics, "utility": 0.3})
+    better = replace(better, metrics={**better.metrics, "iou_all": 0.3})
     scores = [
         next(row.score for row in only(score_tables(runs)).rows if row.manager == "half")
         for runs in ([*whole, better], [better, *whole])

@@ -83,7 +83,14 @@ def test_equal_probabilities_of_more_faults_than_there_are_have_no_top_1() -> No
     both = {"cuda_out_of_memory": 0.5, "gpu_failure": 0.5}
     assert levels(diagnosed((3.0, both))) == (1, 1, 1, 0)
     two = (GPU, Injection(2.0, "cuda_out_of_memory", "F3", "segmentation"))
-    assert levels(diagnosed((3.0, both), faults=two)) == (2, 2, 2, 2)
+    # from 8 s on the second fault is alone, and both have the same probability still
+    assert levels(diagnosed((3.0, both), faults=two)) == (2, 2, 2, 1)
+
+
+def test_names_that_are_flashed_in_turn_identify_nothing_that_they_leave_before_the_fault_ends() -> None:
+    names = ("camera_driver_issue", "gpu_failure", "image_shift")
+    turns = [(2.0 + 0.1 * place, {names[place % 3]: 1.0}) for place in range(61)]
+    assert levels(diagnosed(*turns)) == (1, 0, 0, 0)
 
 
 def test_a_diagnosis_counts_within_eight_seconds_while_the_fault_is_there() -> None:

@@ -23,7 +23,7 @@ from sunset.recording import RUN_FILE, read_stored_run
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
-        "Read the runs below a folder and print the paper's table; of the folder of one run, print its "
+        "Read the runs below a folder and print their report; of the folder of one run, print its "
         "time line. Nothing is run again."
     )
     parser.add_argument(

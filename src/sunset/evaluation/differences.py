@@ -6,14 +6,12 @@ from typing import Final, TypeAlias
 
 from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
 from sunset.evaluation.intervals import Cluster
-from sunset.evaluation.power import DIFFERENCE, POWER, detectable, repetitions_needed
+from sunset.evaluation.power import detectable, repetitions_needed
 
 DIFFERENCE_METHOD: Final = (
     "Differences are of pairs: runs with the same scenario, flight and seed; in score, of the pairs that count for it. "
     "Pairs won: the share of pairs in which the first has more utility, ties by half. p: of the difference in utility, "
-    "adjusted after Holm for all pairs of managing systems; intervals are not adjusted. Detectable: the difference in "
-    f"utility that campaigns of this size detect with a power of {100 * POWER:g} %. Runs for {DIFFERENCE:g}: how many "
-    f"runs of each detect {DIFFERENCE:g} so; never, where only other scenarios or flights would help."
+    "adjusted after Holm for all pairs of managing systems; intervals are not adjusted."
 )
 """How differences come about, in words."""
 

@@ -192,9 +192,9 @@ def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str
 def _invalid_note(row: SystemRow) -> str:
     """Return how many of a row's runs do not count, and why."""
     number = len(row.invalid)
-    return f"{row.system}: {number} invalid {'run is' if number == 1 else 'runs are'} left out: " + (
-        _told((run, run.reason) for run in row.invalid)
-    )
+    what = "invalid run is" if number == 1 else "invalid runs are"
+    reasons = _told((run, run.reason) for run in row.invalid)
+    return f"{row.system}: {number} {what} left out of all columns but the score: {reasons}"
 
 
 def _failed_note(row: SystemRow) -> str:

@@ -57,9 +57,9 @@ VARIANCES: Final[Mapping[str, Spread]] = MappingProxyType(
         for pair, deviations in _DEVIATIONS.items()
     }
 )
-"""Two managing systems → what makes their difference in utility vary. `scripts/measure_variances` printed it from runs on
-the panel, in the scenarios of the suite paper with a camera driver issue or a memory leakage; needless adaptations cost
-a frame each there, and others nothing."""
+"""Two managing systems → what makes their difference in utility vary. `scripts/measure_variances` printed it from runs
+on the panel, in the scenarios of the suite paper with a camera driver issue or a memory leakage; needless adaptations
+cost a frame each there, and others nothing."""
 
 
 def power(found: Spread, difference: float = DIFFERENCE) -> float:

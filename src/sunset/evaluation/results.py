@@ -104,6 +104,7 @@ class RunRow:
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
         outcomes: what became of its faults.
+        frames: how many the measured time has.
         evidence: what its managing system looked at.
         version: of the package that it was run with; empty if it is unknown.
         others: the versions of other packages, those that its managing system imported included, by name.
@@ -132,6 +133,7 @@ class RunRow:
     metrics: Mapping[str, float | None]
     flight: Flight
     outcomes: tuple[FaultOutcome, ...] = ()
+    frames: int = 200
     evidence: Evidence = "symptoms"
     sources: str = ""
     faults: str = ""
@@ -301,6 +303,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         computer_kept_up=run.middleware == _SIMULATED or run.computer_kept_up is True,
         metrics=metrics,
         outcomes=outcomes,
+        frames=run.expected_frames,
         evidence=run.evidence,
         differing=differing,
         version=run.versions.get("sunset", ""),

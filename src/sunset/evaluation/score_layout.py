@@ -6,7 +6,6 @@ from typing import Final
 from sunset.evaluation.blocks import Block, Cell, Column, Line, LineKind, Quantity, interval_cell
 from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
 from sunset.evaluation.estimates import Estimate
-from sunset.evaluation.power import DIFFERENCE, POWER
 from sunset.evaluation.scores import (
     FIRST_FIGURES,
     NO_SCORE,
@@ -36,12 +35,6 @@ _DIFFERENCE_COLUMNS: Final = (
     Column("utility", "utility", "the difference in utility"),
     Column("pairs won", "pairs won", "the share of pairs in which the first has more utility, ties by half"),
     Column("p", "$p$", "of the difference in utility, adjusted after Holm"),
-    Column("detectable", "detectable", f"the difference in utility that is detected with {100 * POWER:g} %"),
-    Column(
-        f"runs for {DIFFERENCE:g}",
-        f"runs for {DIFFERENCE:g}",
-        f"how many runs of each detect a difference of {DIFFERENCE:g} so",
-    ),
 )
 _LEAST_P: Final = 0.001
 
@@ -109,17 +102,14 @@ def _score_lines(row: ScoreRow, *, has_harm: bool) -> tuple[Line, ...]:
 
 
 def _difference_lines(one: ManagerDifference) -> tuple[Line, ...]:
-    needed = "N/A" if one.detectable is None else "never" if one.runs_needed is None else str(one.runs_needed)
     cells: tuple[Cell, ...] = (
         _mean(one.score),
         _mean(one.utility),
         None if one.pairs_won is None else Quantity(one.pairs_won, None),
         None if one.p is None else f"< {_LEAST_P}" if one.p < _LEAST_P else f"{one.p:.3f}",
-        None if one.detectable is None else Quantity(one.detectable, None),
-        needed,
     )
     line = Line(LineKind.OURS, f"{one.first} − {one.second}", str(one.pairs), cells)
-    return (line, *_intervals([interval_cell(one.score), interval_cell(one.utility), "", "", "", ""]))
+    return (line, *_intervals([interval_cell(one.score), interval_cell(one.utility), "", ""]))
 
 
 def _intervals(cells: Sequence[Cell]) -> tuple[Line, ...]:

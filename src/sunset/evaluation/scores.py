@@ -10,7 +10,7 @@ from sunset.evaluation.differences import Experiment, Figures, ManagerDifference
 from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.summary import estimate_figure, named_groups
-from sunset.metrics import Evidence
+from sunset.metrics import Evidence, utility_of
 from sunset.recording import SCORE_REFERENCES
 from sunset.system import REPAIR
 
@@ -24,7 +24,8 @@ FIRST_FIGURES: Final = ("iou_all", "t_down_s", "needless")
 SCORE_METHOD: Final = (
     "Score: mean(utility - none's) / mean(oracle's - none's) over the same scenarios, flights and seeds: 0 is never "
     "repairing, 1 is knowing the faults. Utility: quality less the prices of the adaptations, in frames. A run that is "
-    f"invalid or missing counts as none's. Harm: mean(none's - utility) where repairing wins less than {LEAST_GAIN}."
+    "invalid or missing counts as none's, or as it was if worse. Harm: mean(none's - utility) where repairing wins "
+    f"less than {LEAST_GAIN}."
 )
 """How scores come about, in words."""
 
@@ -150,10 +151,17 @@ def is_scored(run: RunRow) -> bool:
     return run.valid or (run.computer_kept_up and run.manager not in SCORE_REFERENCES)
 
 
-def utility(run: RunRow, multiple: float = 1.0) -> float | None:
-    """Return a run's utility at a multiple of the prices; None where no frame has labels."""
-    whole, net = run.metrics["iou_all"], run.metrics["utility"]
-    return None if whole is None or net is None else whole - multiple * (whole - net)
+def utility(run: RunRow, healthy: Figures, multiple: float = 1.0) -> float | None:
+    """Return a run's utility at a multiple of the prices; None where no frame has labels.
+
+    Args:
+        run: the run.
+        healthy: the healthy IoU of never repairing, by experiment: what is done in the warm-up changes no price.
+        multiple: of the prices.
+    """
+    whole, cost = run.metrics["iou_all"], run.metrics["cost_frames"] or 0.0
+    worth = healthy.get(run.experiment, run.metrics["iou_healthy"] or 0.0)
+    return None if whole is None else utility_of(whole, multiple * cost, worth, run.frames)
 
 
 def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
@@ -182,8 +190,9 @@ def score_rows(systems: Mapping[str, Sequence[RunRow]]) -> tuple[ScoreRow, ...]:
 
 
 def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
-    nothing, scored, others = _gains(systems)
-    figures = {name: _figures(runs, nothing, {*scored, *others}) for name, runs in systems.items()}
+    healthy = _healthy(systems)
+    nothing, scored, others = _gains(systems, healthy)
+    figures = {name: _figures(runs, healthy, nothing, {*scored, *others}) for name, runs in systems.items()}
     clusters = {run.experiment: run.cluster for runs in systems.values() for run in runs}
     rows = []
     for name, runs in systems.items():
@@ -192,7 +201,7 @@ def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
         harmed = [key for key in known if key in others]
         valid = [run for run in runs if run.valid]
         outcomes = [outcome for run in valid for outcome in run.outcomes]
-        counted = [run for run in runs if is_scored(run)]
+        counted = [run for run in runs if run.valid or run.computer_kept_up]
         rows.append(
             ScoreRow(
                 system=name,
@@ -234,16 +243,28 @@ def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
                 if row.is_comparable(other)
             ],
         ),
-        orders={multiple: _order(systems, scored, multiple) for multiple in PRICE_MULTIPLES}
+        orders={multiple: _order(systems, healthy, scored, multiple) for multiple in PRICE_MULTIPLES}
         if scored
         else {},
     )
 
 
-def _gains(systems: Mapping[str, Sequence[RunRow]]) -> tuple[Figures, Figures, Figures]:
+def _healthy(systems: Mapping[str, Sequence[RunRow]]) -> Figures:
+    """Return the healthy IoU of never repairing, by experiment."""
+    return {
+        run.experiment: iou
+        for runs in systems.values()
+        for run in runs
+        if run.manager == SCORE_REFERENCES[0]
+        and run.valid
+        and (iou := run.metrics["iou_healthy"]) is not None
+    }
+
+
+def _gains(systems: Mapping[str, Sequence[RunRow]], healthy: Figures) -> tuple[Figures, Figures, Figures]:
     """Return what never repairing gives, and what repairing wins: where that is enough for a score, and elsewhere."""
     nothing, everything = (
-        next((_utilities(runs) for runs in systems.values() if runs[0].manager == reference), {})
+        next((_utilities(runs, healthy) for runs in systems.values() if runs[0].manager == reference), {})
         for reference in SCORE_REFERENCES
     )
     gains = {key: everything[key] - nothing[key] for key in nothing if key in everything}
@@ -255,34 +276,49 @@ def _gains(systems: Mapping[str, Sequence[RunRow]]) -> tuple[Figures, Figures, F
 
 
 def _figures(
-    runs: Sequence[RunRow], nothing: Figures, expected: Collection[Experiment], multiple: float = 1.0
+    runs: Sequence[RunRow],
+    healthy: Figures,
+    nothing: Figures,
+    expected: Collection[Experiment],
+    multiple: float = 1.0,
 ) -> Figures:
-    """Return the utility of a managing system's runs; where a run is invalid or missing, that of never repairing."""
+    """Return the utility of a managing system's runs; where a run is invalid or missing, that of never repairing.
+
+    An invalid run with a lower utility keeps it.
+    """
     left_out = {run.experiment for run in runs if not is_scored(run)}
-    known = dict(_utilities(runs, multiple))
+    known = dict(_utilities(runs, healthy, multiple))
     for key in nothing:
         if key in expected and key not in left_out:
             known.setdefault(key, nothing[key])
+    for run in runs:  # what was done before a rule was broken counts
+        value = utility(run, healthy, multiple)
+        if not run.valid and run.experiment in known and value is not None:
+            known[run.experiment] = min(known[run.experiment], value)
     return known
 
 
-def _order(systems: Mapping[str, Sequence[RunRow]], scored: Figures, multiple: float) -> tuple[str, ...]:
+def _order(
+    systems: Mapping[str, Sequence[RunRow]], healthy: Figures, scored: Figures, multiple: float
+) -> tuple[str, ...]:
     """Return the names of managing systems by what they win at a multiple of the prices, the best first."""
     nothing = next(
-        _utilities(runs, multiple) for runs in systems.values() if runs[0].manager == SCORE_REFERENCES[0]
+        _utilities(runs, healthy, multiple)
+        for runs in systems.values()
+        if runs[0].manager == SCORE_REFERENCES[0]
     )
     won = {}
     for name, runs in systems.items():
-        known = _figures(runs, nothing, scored, multiple)
+        known = _figures(runs, healthy, nothing, scored, multiple)
         won[name] = fsum(known[key] - nothing[key] for key in scored if key in known)
     return tuple(sorted(won, key=lambda name: -won[name]))
 
 
-def _utilities(runs: Sequence[RunRow], multiple: float = 1.0) -> Figures:
+def _utilities(runs: Sequence[RunRow], healthy: Figures, multiple: float = 1.0) -> Figures:
     """Return the utility of valid runs by experiment; the mean of several that one managing system has made unlike."""
     found: dict[Experiment, list[float]] = {}
     for run in runs:
-        if run.valid and (value := utility(run, multiple)) is not None:
+        if run.valid and (value := utility(run, healthy, multiple)) is not None:
             found.setdefault(run.experiment, []).append(value)
     return {experiment: fmean(values) for experiment, values in found.items()}
 

@@ -23,11 +23,11 @@ class DiagnosisFigures(NamedTuple):
 
     Attributes:
         diagnoses: how many diagnoses were published until the end of the run.
-        faults_detected: faults within whose window a diagnosis said that there is a fault.
-        faults_located: faults within whose window one said that there is a fault of their node.
-        faults_identified: faults within whose window one said that they are there.
-        faults_top1: faults within whose window one had them among the k most probable, of k faults that were there.
-        t_detected_s: mean over detected faults, from the onset to that diagnosis [s]; None if there is none.
+        faults_detected: faults of which diagnoses said, up to the end of their window, that there is a fault.
+        faults_located: faults of which they said so that there is a fault of their node.
+        faults_identified: faults of which they said so that they are there.
+        faults_top1: faults that they had so among the k most probable, of k faults that were there.
+        t_detected_s: mean over detected faults, from the onset to the first such diagnosis [s]; None if there is none.
         t_located_s: likewise, of located faults.
         t_identified_s: likewise, of identified faults.
         false_alarms: how often a diagnosis began to say that there is a fault while there was none.
@@ -69,8 +69,12 @@ def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> Diagno
             alarms += is_alarmed and not was_alarmed
         for fault, delay in zip(faults, delays, strict=True):
             if fault.is_there(start) and start < fault.time + WINDOW_S:
-                for level in _levels(fault, named, len(there)):
-                    delay.setdefault(level, start - fault.time)
+                reached = set(_levels(fault, named, len(there)))
+                for level in LEVELS:  # who names all in turn has not found it out
+                    if level in reached:
+                        delay.setdefault(level, start - fault.time)
+                    else:
+                        delay.pop(level, None)
     found = {level: [delay[level] for delay in delays if level in delay] for level in LEVELS}
     return DiagnosisFigures(
         diagnoses=sum(diagnosis.time < timeline.duration_s for diagnosis in timeline.diagnoses),

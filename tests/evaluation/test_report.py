@@ -206,8 +206,7 @@ def test_a_managing_system_that_fails_for_one_reason_in_many_runs_is_told_of_onc
     ]
     text = " ".join(format_report(summarise(failed)).split())
     assert (
-        "6 invalid runs are left out of all columns but the score: The managing system m.py:M failed: it raised KeyError: 'k'"
-        in text
+        "6 invalid runs are left out of all columns but the score: The managing system m.py:M failed" in text
     )
     assert text.count("KeyError") == 1
     assert "… (6 times)." in text

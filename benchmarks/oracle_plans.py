@@ -4,7 +4,7 @@ A plan is made of moves. A move is a cure of a fault of the scenario, all of its
 the pipeline works without a sensor while that is away, or its return to both. Each is done at most once, so long after
 the fault began as one of the delays says. All combinations are run that have four adaptations at most.
 
-Prints for each scenario how many plans there are, the IoU_net of never repairing, of the best plan and of the oracle,
+Prints for each scenario how many plans there are, the utility of never repairing, of the best plan and of the oracle,
 the share of what the best plan wins that the oracle wins, and the best plan. Where the best plan wins less than a score
 needs, there is no share. Exits with 1 where a share is under 0.98.
 """
@@ -138,30 +138,30 @@ def fly(name: str, manager: str, duration_s: float, folder: Path) -> StoredRun:
     return run(RunSpec(scenario=load_scenario(name), manager=manager, seed=1, settings=settings), folder)
 
 
-def iou_net(stored: StoredRun) -> float:
-    """Return a run's IoU_net.
+def utility(stored: StoredRun) -> float:
+    """Return a run's utility.
 
     Raises:
         RuntimeError: it does not count.
     """
-    figure = stored.metrics.iou_net
+    figure = stored.metrics.utility
     if not stored.record.valid or stored.record.manager_failed or figure is None:
         raise RuntimeError(stored.record.reason or stored.record.manager_failed)
     return figure
 
 
 def value(name: str, duration_s: float, start_s: float, plan: Plan) -> float:
-    """Return the IoU_net of a plan."""
+    """Return the utility of a plan."""
     Planned.plan, Planned.start_s = plan, start_s
     with tempfile.TemporaryDirectory() as folder:
-        return iou_net(fly(name, register_manager(Planned), duration_s, Path(folder) / "run"))
+        return utility(fly(name, register_manager(Planned), duration_s, Path(folder) / "run"))
 
 
 def compare(pool: ProcessPoolExecutor, name: str, duration_s: float, delays_s: Sequence[float]) -> list[str]:
     """Run all plans of a scenario; return the table's row."""
     with tempfile.TemporaryDirectory() as folder:
         nothing = fly(name, "none", duration_s, Path(folder) / "none")
-        oracle = iou_net(fly(name, "oracle", duration_s, Path(folder) / "oracle"))
+        oracle = utility(fly(name, "oracle", duration_s, Path(folder) / "oracle"))
     all_plans = plans(load_scenario(name), delays_s)
     values = list(
         pool.map(
@@ -170,7 +170,7 @@ def compare(pool: ProcessPoolExecutor, name: str, duration_s: float, delays_s: S
             chunksize=8,
         )
     )
-    low = iou_net(nothing)
+    low = utility(nothing)
     best, plan = max(zip(values, all_plans, strict=True), key=lambda one: one[0])
     share = f"{(oracle - low) / (best - low):.3f}" if best - low >= LEAST_GAIN else "-"
     figures = [f"{one:.4f}" for one in (low, best, oracle)]

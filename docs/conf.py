@@ -26,6 +26,7 @@ order = {
     "Metrics": (
         "docs/campaigns",
         "docs/metrics",
+        "docs/published",
         "docs/results",
         "docs/publishing",
         "docs/clusters",

@@ -49,7 +49,6 @@ __all__ = [
     "verify",
     "view",
     "write_figures",
-    "write_logs",
     "write_site",
 ]
 

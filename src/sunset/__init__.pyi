@@ -32,7 +32,6 @@ from sunset.api import train_model as train_model
 from sunset.api import verify as verify
 from sunset.api import view as view
 from sunset.api import write_figures as write_figures
-from sunset.api import write_logs as write_logs
 from sunset.api import write_site as write_site
 from sunset.data import FlightPlan as FlightPlan
 from sunset.errors import SunsetError as SunsetError
@@ -79,7 +78,6 @@ __all__ = [
     "verify",
     "view",
     "write_figures",
-    "write_logs",
     "write_site",
 ]
 

@@ -20,7 +20,7 @@ def untried(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("untried")
-def test_a_plan_counts_the_runs_and_tells_the_difference_that_they_tell() -> None:
+def test_a_plan_counts_the_runs_and_says_which_difference_they_detect() -> None:
     found = sunset.plan_bench(managers=("baseline", "reactive"), flights=("panel",), repetitions=5)
     assert found.design is not None
     assert (found.design.alike, found.design.flights, found.design.repetitions) == (9, 8, 5)
@@ -30,8 +30,8 @@ def test_a_plan_counts_the_runs_and_tells_the_difference_that_they_tell() -> Non
     assert {one.pair for one in found.prospects} == set(VARIANCES)
     for one in found.prospects:
         assert one.power is not None
-        assert one.told is not None
-        assert (one.power >= 0.8) == (one.told <= 0.02)
+        assert one.detectable is not None
+        assert (one.power >= 0.8) == (one.detectable <= 0.02)
     assert "detected with this probability" in str(found)
 
 
@@ -43,9 +43,9 @@ def test_a_plan_counts_over_what_the_runs_are_spread() -> None:
 
 
 @pytest.mark.usefixtures("untried")
-def test_a_plan_of_two_repetitions_tells_no_difference() -> None:
+def test_a_plan_of_two_repetitions_detects_no_difference() -> None:
     found = sunset.plan_bench(repetitions=2)
-    assert all((one.power, one.told, one.repetitions) == (None,) * 3 for one in found.prospects)
+    assert all((one.power, one.detectable, one.repetitions) == (None,) * 3 for one in found.prospects)
     assert "They detect no difference" in str(found)
 
 

@@ -131,11 +131,6 @@ DAMAGES: dict[str, tuple[Edit, str, str]] = {
         WET,
         "its t_react_s is stored as 1, and the messages give N/A",
     ),
-    "figure by the paper's evaluation script": (
-        changed(f"{WET}/run.json", by_paper_script__succeeded=9),
-        WET,
-        "its figures by the paper's evaluation script are stored otherwise than the messages give them",
-    ),
     "figure that is missing": (changed(f"{WET}/run.json", metrics={}), WET, "must be"),
     "damaged messages": (flipped, WET, "is damaged: "),
     "message": (with_messages(without_last_clock, digest=False), WET, "gives the digest"),

@@ -202,6 +202,32 @@ def listing(folder: str) -> object:
 
 
 @attack
+def grepping(folder: str, words: list[str]) -> object:
+    """Return which files in a folder hold one of some words, in source or in bytecode."""
+    found = []
+    for place in sorted(Path(folder).rglob("*")):
+        with suppress(OSError):
+            text = place.read_bytes()
+            found += [place.name for word in words if word.encode() in text][:1]
+    return found
+
+
+@attack
+def asking(words: list[str]) -> object:
+    """Return which words stand in what a managing system is told, and in what its system would say."""
+    system = importlib.import_module("sunset.system")
+    greeting = importlib.import_module("sunset.managing.greeting").make_greeting(0.1, {})
+    known = system.current_system()
+    told = repr([greeting, known.faults, known.suites, known.fault_parameters, system.all_suites()])
+    return [word for word in words if word in told]
+
+
+@attack
+def importing(module: str, attribute: str) -> object:
+    return repr(getattr(importlib.import_module(module), attribute))
+
+
+@attack
 def noticing(folder: str) -> object:
     """Watch a folder, which tells the names of what is opened in it."""
     return _first(

@@ -20,6 +20,7 @@ import sunset.metrics  # of which it could know
 from sunset.confinement import Confinement, View, walls
 from sunset.confinement.landlock import landlock_version
 from sunset.confinement.seccomp import can_filter_calls
+from sunset.system import unlisted
 
 pytestmark = [
     pytest.mark.skipif(
@@ -121,6 +122,19 @@ def test_it_reads_no_file_of_its_user(confinement: Confinement, tmp_path: Path, 
         assert confined(confinement, name, view, folder=str(folder))["got"] == []
     assert len(unconfined("reading", file=str(folder / "secret.py"))) > 5  # type: ignore[arg-type]
     assert confined(confinement, "reading", view, file=str(folder / "secret.py"))["got"] == []
+
+
+def test_it_reads_of_no_fault_that_the_catalogue_leaves_out(confinement: Confinement) -> None:
+    package, words = Path(sunset.__file__).parent, [fault.name for fault in unlisted().faults]
+    view = View(readable=(package.parent,))  # of a user whose data lie beside the package
+    assert "causes.py" in unconfined("grepping", folder=str(package), words=words)  # type: ignore[operator]
+    assert confined(confinement, "grepping", view, folder=str(package), words=words)["got"] == []
+    assert confined(confinement, "grepping", view, folder=str(package), words=["gpu_failure"])["got"]
+    assert unconfined("asking", words=words)
+    assert confined(confinement, "asking", words=[*words, "gpu_failure"])["got"] == ["gpu_failure"]
+    for module in ("sunset.wild.causes", "sunset.wild.nodes"):
+        assert unconfined("importing", module=module, attribute="__doc__")
+        assert not confined(confinement, "importing", module=module, attribute="__doc__")["got"]
 
 
 @pytest.mark.skipif(not walls.enclosing(), reason="this system lets this user have no file system of its own")

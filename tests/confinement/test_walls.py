@@ -167,3 +167,20 @@ def test_the_report_says_what_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_view_survives_its_way() -> None:
     view = View(modules=(Path("/a/b.py"),), search=(Path("/a"),), readable=(Path("/c"),), network=False)
     assert View.from_json(view.to_json()) == view  # type: ignore[arg-type]
+
+
+def test_all_that_is_beside_a_hidden_folder_stays_readable(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (hidden := tmp_path / "lib" / "packages" / "sunset" / "wild").mkdir(parents=True)
+    (module := hidden.parent / "names.py").touch()
+    (other := tmp_path / "lib" / "packages" / "numpy").mkdir()
+    (tmp_path / "lib64").symlink_to("lib")
+    (tmp_path / "lib" / "up").symlink_to(tmp_path)
+    monkeypatch.setattr(walls, "_HIDDEN", hidden)
+    for place in (tmp_path / "lib", tmp_path / "lib64"):
+        readable, listed = walls._without_hidden(place)
+        assert set(readable) == {module, other}
+        assert set(listed) == {tmp_path / "lib", tmp_path / "lib" / "packages", hidden.parent}
+    assert walls._without_hidden(hidden / "causes.py") == ((), ())
+    assert walls._without_hidden(other) == ((other,), ())

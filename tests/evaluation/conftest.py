@@ -22,8 +22,8 @@ from sunset.interfaces.system_interfaces.msg import (
     FrameEvaluation,
     SensorFusion,
 )
-from sunset.metrics import log_figures, score
-from sunset.recording import RecordWriter, published_log, timeline
+from sunset.metrics import score
+from sunset.recording import RecordWriter, timeline
 from sunset.recording.timelines import measured_topics
 
 START_NS = 3 * 10**9
@@ -138,7 +138,6 @@ def store(tmp_path: Path) -> Store:
                     record,
                     metrics=figures.to_json(),
                     fault_outcomes=figures.outcomes,
-                    by_paper_script=log_figures(published_log(recorded, observed)),
                 )
             )
         return folder

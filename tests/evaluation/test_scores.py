@@ -70,26 +70,72 @@ def test_runs_without_both_references_are_counted_beside_the_score() -> None:
     assert any("2 of 12 runs without a score" in note for note in lead_notes(score_tables(runs)))
 
 
-@pytest.mark.parametrize(("iou_net", "counted"), [(9.0, 0.2), (0.2 + 0.1, 0.2), (0.125, 0.125), (None, 0.2)])
-def test_an_invalid_run_counts_as_never_repairing_or_as_it_was_if_that_is_worse(
-    iou_net: float | None, counted: float
-) -> None:
+@pytest.mark.parametrize("is_missing", [True, False])
+def test_an_invalid_or_missing_run_counts_as_never_repairing(is_missing: bool) -> None:
     whole = campaign(half=0.5)
     place = next(
         place for place, one in enumerate(whole) if (one.manager, one.alike, one.seed) == ("half", "a", 1)
     )
-    broken, honest = list(whole), list(whole)
-    broken[place] = replace(
-        whole[place], valid=False, reason="broken", metrics={**whole[place].metrics, "iou_net": iou_net}
-    )
-    honest[place] = replace(whole[place], metrics={**whole[place].metrics, "iou_net": counted})
+    lost = [] if is_missing else [replace(whole[place], valid=False, reason="broken")]
+    honest = replace(whole[place], metrics={**whole[place].metrics, "iou_all": 0.2})
 
-    found, expected = (only(score_tables(runs)) for runs in (broken, honest))
+    found = only(score_tables([*whole[:place], *lost, *whole[place + 1 :]]))
+    expected = only(score_tables([*whole[:place], honest, *whole[place + 1 :]]))
 
     (half,) = (row for row in found.rows if row.manager == "half")
-    assert (half.runs, half.invalid) == (12, 1)
-    assert [replace(row, invalid=0) for row in found.rows] == list(expected.rows)
+    assert (half.runs, half.invalid, half.missing) == ((11, 0, 1) if is_missing else (12, 1, 0))
+    assert [row.score for row in found.rows] == [row.score for row in expected.rows]
     assert found.differences == expected.differences
+    assert ("half: 1 run that others have is missing." in lead_notes([found])) is is_missing
+
+
+def test_managing_systems_are_compared_with_those_that_looked_at_the_same() -> None:
+    runs = [
+        replace(one, evidence="images") if one.manager.startswith("pixels") else one
+        for one in campaign(pixels=0.9, pixels_too=0.4, half=0.5)
+    ]
+    table = only(score_tables(runs))
+    assert [row.system for row in table.rows] == ["oracle", "pixels", "half", "pixels_too", "none"]
+    assert {(one.first, one.second) for one in table.neighbours} == {
+        ("oracle", "pixels"),
+        ("oracle", "half"),
+        ("pixels", "pixels_too"),
+        ("half", "none"),
+        ("pixels_too", "none"),
+    }
+
+
+def test_a_bad_warm_up_makes_no_adaptation_cheaper() -> None:
+    whole = [
+        replace(one, metrics={**one.metrics, "cost_frames": 20}) if one.manager == "half" else one
+        for one in campaign(half=0.5)
+    ]
+    spoilt = [
+        replace(one, metrics={**one.metrics, "iou_healthy": 0.1}) if one.manager == "half" else one
+        for one in whole
+    ]
+    assert [row.score for row in only(score_tables(whole)).rows] == [
+        row.score for row in only(score_tables(spoilt)).rows
+    ]
+
+
+def test_the_order_is_given_at_multiples_of_the_prices() -> None:
+    runs = [
+        replace(
+            one, metrics={**one.metrics, "iou_all": (one.metrics["iou_all"] or 0.0) + 0.06, "cost_frames": 24}
+        )
+        if one.manager == "dear"
+        else one
+        for one in campaign(dear=0.5, cheap=0.6)
+    ]
+    table = only(score_tables(runs))
+    assert table.orders[0.0] == table.orders[0.5] == ("oracle", "dear", "cheap", "none")
+    assert table.orders[1.0] == ("oracle", "cheap", "dear", "none")
+    assert any(
+        "at 0 and 0.5 times the prices oracle > dear > cheap > none; at 1 and 2 times the prices oracle > cheap > dear"
+        in note
+        for note in lead_notes([table])
+    )
 
 
 def test_no_managing_system_is_ranked_by_the_runs_that_it_lets_count() -> None:
@@ -106,7 +152,7 @@ def test_no_managing_system_is_ranked_by_the_runs_that_it_lets_count() -> None:
 def test_whether_there_is_something_to_repair_does_not_depend_on_the_seed() -> None:
     gains = {1: 0.021, 2: 0.018, 3: 0.018}
     runs = [
-        replace(one, metrics={**one.metrics, "iou_net": 0.2 + gains[one.seed]})
+        replace(one, metrics={**one.metrics, "iou_all": 0.2 + gains[one.seed]})
         if (one.manager, one.alike) == ("oracle", NOTHING_TO_REPAIR)
         else one
         for one in campaign(half=0.5)
@@ -121,37 +167,13 @@ def test_where_there_is_mostly_nothing_to_repair_harm_ranks() -> None:
     calm = [one for one in campaign(lucky=1.0, harmless=0.0) if one.alike in {NOTHING_TO_REPAIR, "a"}]
     calm = [one for one in calm if one.alike != "a" or one.seed == 1]
     kept = [
-        replace(one, metrics={**one.metrics, "iou_net": 0.2})
+        replace(one, metrics={**one.metrics, "iou_all": 0.2})
         if (one.manager, one.alike) == ("harmless", NOTHING_TO_REPAIR)
         else one
         for one in calm
     ]
     names = [row.manager for row in only(score_tables(kept)).rows if not row.is_reference]
     assert names == ["harmless", "lucky"]
-
-
-def test_runs_that_were_taken_away_are_missed() -> None:
-    runs = [one for one in campaign(half=0.5) if (one.manager, one.alike, one.seed) != ("half", "a", 1)]
-    notes = lead_notes(score_tables(runs))
-    assert any(
-        "Where others have 12 runs, some have fewer" in note and "half (timed) has 11." in note
-        for note in notes
-    )
-    assert not any("Where others have" in note for note in lead_notes(score_tables(campaign(half=0.5))))
-
-
-def test_runs_that_were_taken_away_are_missed_without_scores_too() -> None:
-    whole = [one for one in campaign(half=0.5, most=0.9) if one.manager in {"half", "most"}]
-    runs = [one for one in whole if (one.manager, one.alike) != ("half", "a")]
-    assert any("half (timed) has 9." in note for note in lead_notes(score_tables(runs)))
-    assert not any("Where others have" in note for note in lead_notes(score_tables(whole)))
-
-
-def test_a_reference_that_lacks_runs_makes_no_other_system_seem_to_lack_any() -> None:
-    runs = [one for one in campaign(half=0.5) if (one.manager, one.seed) != ("oracle", 3)]
-    notes = lead_notes(score_tables(runs))
-    assert any("4 of 12 runs without a score" in note for note in notes)
-    assert not any("Where others have" in note for note in notes)
 
 
 def test_invalid_live_runs_are_left_out_since_the_computer_may_be_the_reason() -> None:
@@ -182,7 +204,7 @@ def test_unlike_runs_of_one_experiment_count_by_their_mean_whichever_comes_last(
     better = replace(
         next(one for one in whole if (one.manager, one.alike, one.seed) == ("half", "a", 1)), digest="another"
     )
-    better = replace(better, metrics={**better.metrics, "iou_net": 0.3})
+    better = replace(better, metrics={**better.metrics, "iou_all": 0.3})
     scores = [
         next(row.score for row in only(score_tables(runs)).rows if row.manager == "half")
         for runs in ([*whole, better], [better, *whole])
@@ -199,13 +221,14 @@ def test_without_the_references_there_are_differences_but_no_score() -> None:
     assert [row.manager for row in table.rows] == ["most", "half"]
     (one,) = table.neighbours
     assert one.score is None
-    assert one.iou_net is not None
+    assert one.utility is not None
     assert lead_notes([table])[0] == NO_SCORE
 
 
-def test_a_single_managing_system_has_no_table() -> None:
-    assert score_tables([one for one in campaign() if one.manager == "none"]) == []
-    assert lead_notes([]) == ()
+def test_a_single_managing_system_has_a_row_without_a_score() -> None:
+    table = only(score_tables([one for one in campaign() if one.manager == "none"]))
+    assert [(row.system, row.score) for row in table.rows] == [("none", None)]
+    assert lead_notes([table]) == (NO_SCORE,)
 
 
 def test_flights_are_put_together_and_durations_are_not() -> None:
@@ -219,9 +242,7 @@ def test_flights_are_put_together_and_durations_are_not() -> None:
 def test_the_blocks_lead_from_the_best_to_the_worst() -> None:
     scores, differences = lead_blocks(score_tables(campaign(half=0.5)))
     labels = [line.label for group in scores.groups for line in group if line.runs]
-    assert labels == ["oracle (timed) (reference)", "half (timed)", "none (timed) (reference)"] or [
-        label.split()[0] for label in labels
-    ] == ["oracle", "half", "none"]
+    assert labels == ["oracle", "half", "none"]
     assert len([line for group in differences.groups for line in group if line.runs]) == 2
 
 
@@ -237,10 +258,13 @@ def test_every_format_has_the_score(form: str) -> None:
         assert document["score_method"] == SCORE_METHOD
     elif form == "csv":
         lines = list(csv.DictReader(io.StringIO(text)))
-        (half,) = (one for one in lines if one["source"] == "score" and one["manager"] == "half")
-        assert float(half["score_mean"]) == pytest.approx(0.5)
-        assert float(half["harm_mean"]) == pytest.approx(0.05)
-        assert sum(one["source"] == "difference" for one in lines) == 3
+        half = {
+            one["figure"]: float(one["mean"])
+            for one in lines
+            if one["source"] == "score" and one["manager"] == "half"
+        }
+        assert half == pytest.approx({"score": 0.5, "harm": 0.05})
+        assert sum(one["source"] == "difference" and one["figure"] == "utility" for one in lines) == 3
     else:
         assert text.index("The score") < text.index("Differences between neighbours")
         assert "0.50" in text

@@ -1,52 +1,33 @@
 import pytest
 
-from sunset.evaluation.students_t import CONFIDENCES, quantile, quantiles
+from sunset.evaluation.students_t import quantile, within
+
+TABLE = [
+    (2, 1.886, 4.303, 9.925, 31.599),
+    (3, 1.638, 3.182, 5.841, 12.924),
+    (8, 1.397, 2.306, 3.355, 5.041),
+    (30, 1.310, 2.042, 2.750, 3.646),
+    (40, 1.303, 2.021, 2.704, 3.551),
+    (1000, 1.282, 1.962, 2.581, 3.300),
+]
+"""Printed tables of Student's t: degrees of freedom, and the quantiles of 80, 95, 99 and 99.9 %, two-sided."""
 
 
-# from printed tables of Student's t, two-sided 5 %
-@pytest.mark.parametrize(
-    ("degrees", "t"),
-    [
-        (1, 12.706),
-        (2, 4.303),
-        (3, 3.182),
-        (4, 2.776),
-        (5, 2.571),
-        (9, 2.262),
-        (26, 2.056),
-        (30, 2.042),
-        (31, 2.040),
-        (53, 2.006),
-        (100, 1.984),
-        (161, 1.975),
-        (1000, 1.962),
-    ],
-)
-def test_quantiles_are_those_of_the_tables(degrees: int, t: float) -> None:
-    assert quantile(degrees) == pytest.approx(t, abs=6e-4)
+@pytest.mark.parametrize("row", TABLE)
+def test_quantiles_and_probabilities_are_those_of_the_tables(row: tuple[float, ...]) -> None:
+    degrees, *quantiles = row
+    for confidence, t in zip((0.8, 0.95, 0.99, 0.999), quantiles, strict=True):
+        assert quantile(confidence, degrees) == pytest.approx(t, abs=6e-4)
+        assert within(t, degrees) == pytest.approx(confidence, abs=2e-4)
 
 
-# likewise, two-sided 20 %, 1 % and 0.1 %
-@pytest.mark.parametrize(
-    ("degrees", "fifth", "hundredth", "thousandth"),
-    [
-        (1, 3.078, 63.657, 636.619),
-        (2, 1.886, 9.925, 31.599),
-        (8, 1.397, 3.355, 5.041),
-        (40, 1.303, 2.704, 3.551),
-    ],
-)
-def test_quantiles_of_every_confidence_are_those_of_the_tables(
-    degrees: int, fifth: float, hundredth: float, thousandth: float
-) -> None:
-    found = quantiles(degrees)
-    for p, t in ((0.2, fifth), (0.01, hundredth), (0.001, thousandth)):
-        place = CONFIDENCES.searchsorted(1 - p)
-        assert found[place - 1] * 0.999 <= t <= found[place] * 1.001
-        assert found[place] / found[place - 1] < 1.06  # so close are the confidences
+def test_between_whole_degrees_they_are_those_of_scipy() -> None:
+    t = pytest.importorskip("scipy.stats").t
+    for degrees in (2.0, 2.5, 7.3, 161.0, 1e5):
+        assert quantile(0.95, degrees) == pytest.approx(t.ppf(0.975, degrees), rel=1e-9)
+        assert within(3.0, degrees) == pytest.approx(1 - 2 * t.sf(3.0, degrees), abs=1e-9)
 
 
-def test_between_whole_degrees_quantiles_fall_from_one_to_the_next() -> None:
-    assert quantile(3) < quantile(2.5) < quantile(2)
-    assert (quantiles(3)[:] < quantiles(2.5)[:]).all()
-    assert quantile(30.001) == pytest.approx(float(quantile(30)), abs=1e-4)
+def test_nothing_is_within_0_and_all_within_infinity() -> None:
+    assert within(0.0, 3.0) == 0
+    assert within(float("inf"), 3.0) == pytest.approx(1)

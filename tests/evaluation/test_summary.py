@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.evaluation import FIGURES, PUBLISHED, Flight, RunRow, summarise
+from sunset.evaluation import FIGURES, Flight, RunRow, summarise
 from sunset.scenarios import suite
 from sunset.system import suite_size
 
@@ -168,16 +168,6 @@ def test_no_managing_system_under_faults_has_its_downtime_judged() -> None:
     assert row.estimates["f_resolved_per_adaptation"] is None
 
 
-def test_rows_stand_beside_the_papers() -> None:
-    rows = summarise([run(), run("none"), run("none", "degraded"), run(suite="artifact")])
-    assert {row.system: row.published for row in rows} == {
-        "none, F4 and F5": "none, F4 and F5",
-        "none": None,
-        "baseline": "baseline",
-        "baseline (artifact)": None,
-    }
-
-
 def test_runs_that_measure_another_time_or_flight_have_rows_of_their_own() -> None:
     bag = "3c" * 32
     flights = [
@@ -187,11 +177,11 @@ def test_runs_that_measure_another_time_or_flight_have_rows_of_their_own() -> No
         Flight(4.5, looped=True, bag=bag),
     ]
     rows = summarise(run(flight=flight) for flight in flights)
-    assert {row.system: row.published for row in rows} == {
-        "baseline": "baseline",
-        "baseline [4 s]": None,
-        "baseline [looped]": "baseline",
-        "baseline [4.5 s] [looped]": None,
+    assert {row.system for row in rows} == {
+        "baseline",
+        "baseline [4 s]",
+        "baseline [looped]",
+        "baseline [4.5 s] [looped]",
     }
     several = summarise(run(flight=flight) for flight in (*flights[:2], Flight(20.0, bag="7e" * 32)))
     assert {row.system for row in several} == {
@@ -202,13 +192,13 @@ def test_runs_that_measure_another_time_or_flight_have_rows_of_their_own() -> No
     assert {row.model for row in [*rows, *several]} == {"lite"}
 
 
-def test_a_row_of_a_part_of_a_suite_says_so_and_has_none_of_the_paper_beside_it() -> None:
+def test_a_row_of_a_part_of_a_suite_says_so() -> None:
     first, second, *others = scenarios = [one.name for one in suite("paper")]
     (row,) = summarise([run(scenario=first), run(scenario=first, seed=2), run(scenario=second, valid=False)])
-    assert (row.system, row.published) == ("baseline [2 of 54 scenarios]", None)
+    assert row.system == "baseline [2 of 54 scenarios]"
     assert row.seeds == {1, 2}
     (whole,) = summarise([run(scenario=name) for name in scenarios])
-    assert (whole.system, whole.published) == ("baseline", "baseline")
+    assert whole.system == "baseline"
     assert names(run(suite="mine", scenario="mine/a")) == ["baseline (mine)"]
     short = Flight(4.0, bag="3c" * 32)
     assert names(*(run(scenario=name, flight=short) for name in others)) == [
@@ -217,20 +207,6 @@ def test_a_row_of_a_part_of_a_suite_says_so_and_has_none_of_the_paper_beside_it(
     assert names(run(suite="mine", scenario="mine/a", thinking_s=0.05)) == [
         "baseline (mine) [thinking 0.05 s]"
     ]
-
-
-def test_the_papers_table() -> None:
-    assert {name: dict(figures) for name, figures in PUBLISHED.items()} == {
-        "none, no faults": {"iou": (0.47, 0.02)},
-        "none, F4 and F5": {"iou": (0.28, 0.08)},
-        "baseline": {
-            "f_resolved_per_adaptation": (0.89, 0.16),
-            "t_react_s": (1.44, 1.32),
-            "redeploys_unnecessary": (2.02, 1.04),
-            "t_down_s": (6.52, 4.67),
-            "iou": (0.30, 0.09),
-        },
-    }
 
 
 def test_the_order_of_runs_does_not_matter() -> None:

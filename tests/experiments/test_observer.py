@@ -90,6 +90,16 @@ def test_a_request_and_its_answer_are_a_command(
     assert (command.kind, command.successful, command.reason) == outcome
 
 
+def test_a_command_breaks_a_rule_where_the_task_is_to_diagnose(sink: Sink) -> None:
+    observer = Observer(sink, task="diagnose")
+    exchange(observer, change("deactivate"), ChangeState.Response(success=True), client="/scenario_executor")
+    exchange(observer, GetParameters.Request(names=["modality"]), GetParameters.Response())
+    assert observer.violations == []
+    exchange(observer, change("deactivate"), ChangeState.Response(success=True))
+    (violation,) = observer.violations
+    assert violation == "/managing_system calls /service, and the task is to diagnose, without adaptations"
+
+
 def test_a_redeploy_is_a_command_to_the_node_and_not_to_the_launcher(sink: Sink) -> None:
     exchange(
         Observer(sink), Redeploy.Request(node="depth"), Redeploy.Response(success=True), server="/launcher"
@@ -224,6 +234,30 @@ def test_what_the_experiment_asked_for_is_no_evidence_of_a_command(
     (command,) = [message for topic, _, message in sink.written if topic == COMMANDS_TOPIC]
     assert (command.client, command.successful) == (MANAGER, False)
     assert observer.commands == 1
+
+
+@pytest.mark.parametrize(
+    ("node", "kind", "topic", "evidence"),
+    [
+        (MANAGER, EndpointKind.SUBSCRIPTION, "/managed_subsystem/rgb_camera", "images"),
+        (MANAGER, EndpointKind.SUBSCRIPTION, "/managed_subsystem/sensors_fused", "images"),
+        (MANAGER, EndpointKind.SUBSCRIPTION, "/blackboard_group", "symptoms"),
+        (MANAGER, EndpointKind.PUBLISHER, "/managed_subsystem/rgb_camera", "symptoms"),
+        (
+            "/managed_subsystem/sensor_fusion",
+            EndpointKind.SUBSCRIPTION,
+            "/managed_subsystem/rgb_camera",
+            "symptoms",
+        ),
+        ("/rviz", EndpointKind.SUBSCRIPTION, "/managed_subsystem/rgb_camera", "symptoms"),
+    ],
+)
+def test_what_a_managing_system_subscribed_to_is_its_evidence(
+    node: str, kind: EndpointKind, topic: str, evidence: str, sink: Sink
+) -> None:
+    observer = Observer(sink, viewers=("/rviz",))
+    observer.on_endpoint(node, kind, topic)
+    assert observer.evidence == evidence
 
 
 def test_an_answer_has_more_weight_than_a_transition(sink: Sink) -> None:

@@ -20,6 +20,7 @@ from sunset.interfaces.system_interfaces.msg import Diagnosis
 from sunset.managing.program import Answer
 from sunset.perception import load_model
 from sunset.recording import StoredRun, read_messages, read_run
+from sunset.recording.stored import read_stored_run
 from sunset.scenarios import load_scenario
 from sunset.system import COMMANDS_TOPIC, current_system
 
@@ -220,6 +221,24 @@ def test_a_program_thinks_and_says_what_is_wrong_as_its_twin_does(tmp_path: Path
     assert diagnosis.message.faults == ["gpu_failure"]
     assert 0.25 < (redeploy.time_ns - diagnosis.time_ns) / 1e9 < 0.26
     assert flown.digest == fly(tmp_path / "twin", f"{TWINS}:Late", "gpu_failure").digest
+
+
+def test_a_diagnosis_in_a_curing_answer_counts(tmp_path: Path) -> None:
+    flown = fly(tmp_path / "run", command(tmp_path, LATE.replace("0.25", "0")), "gpu_failure")
+    figures = read_stored_run(tmp_path / "run").metrics
+    assert flown.record.valid
+    assert (figures.faults_cured, figures.faults_identified, figures.faults_top1) == (1, 1, 1)
+
+
+def test_a_program_that_is_to_diagnose_cannot_adapt(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    told = LATE.replace("done = False\n", "done = False\nprint(first['task'], file=sys.stderr)\n", 1)
+    fly(tmp_path / "run", command(tmp_path, told), "gpu_failure", task="diagnose")
+    assert "diagnose" in capfd.readouterr().err
+    run = read_stored_run(tmp_path / "run")
+    assert (run.record.task, run.record.valid, run.adaptations) == ("diagnose", True, ())
+    assert (run.metrics.faults_identified, run.metrics.faults_cured) == (1, 0)
 
 
 def test_every_decision_can_be_charged(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from sunset.interfaces.system_interfaces.msg import FrameEvaluation, ImageDigest
 from sunset.recording import read_messages
 from sunset.system import EVALUATION_TOPIC, TRUTH_TOPIC
 
-QUALITY = ("iou", "iou_all", "iou_net", "miou", "faults_masked", "masked_s")
+QUALITY = ("iou", "iou_all", "iou_healthy", "utility", "miou", "faults_masked", "masked_s")
 
 
 @pytest.fixture(scope="module")

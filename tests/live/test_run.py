@@ -182,17 +182,20 @@ def test_a_program_manages_a_live_run(ends: bool, tmp_path: Path) -> None:
 
 
 @pytest.mark.thorough
-def test_the_oracle_is_told_live_too(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("outage", "node"), [("cuda_out_of_memory", "segmentation"), ("short_buffer", "sensor_fusion")]
+)
+def test_the_oracle_is_told_live_too(outage: str, node: str, tmp_path: Path) -> None:
     timing = Timing(duration_s=3.0, warm_up_s=1.0)
     settings = Settings(timing=timing, middleware="cyclonedds")
-    scenario = load_scenario("cuda_out_of_memory+autofocus_needed")
+    scenario = load_scenario(f"{outage}+autofocus_needed")
 
     result = run(RunSpec(scenario=scenario, manager="oracle", settings=settings), tmp_path / "run")
 
     assert result.record.manager_failed is None
     assert {(command.kind, base_name(command.node)) for command in result.timeline.commands} == {
-        ("deactivate", "segmentation"),
-        ("activate", "segmentation"),
+        ("deactivate", node),
+        ("activate", node),
         ("set_parameters", "camera"),
     }
     assert all(command.time < 1.0 for command in result.timeline.commands)  # before a symptom can show

@@ -35,17 +35,17 @@ def test_every_cheat_scores_under_the_baseline_and_is_seen_through(tmp_path: Pat
         assert scores[name] < scores["baseline"] - 0.1, name
 
     found = {row.system.split()[0]: row for row in summarise(results.runs)}
-    for name in ("ColourAlways", "DepthWhenUnsure"):
-        masked = found[name].estimates["masked_s"]
-        assert masked is not None, name
-        assert masked.mean > 1.0, name
+    masked = found["DepthWhenUnsure"].estimates["masked_s"]
+    assert masked is not None
+    assert masked.mean > 1.0
     for name in sorted(
         {*names} - {"DepthWhenUnsure", "SilenceWhenUnsure", "OnlyTheCamera", "NameEveryFault"}
     ):
-        mistreated = found[name].estimates["adaptations_mistreated"]
-        assert mistreated is not None, name
-        assert mistreated.mean >= 1.0, name
-    precision = found["NameEveryFault"].estimates["diagnosis_precision"]
-    assert precision is not None
-    assert precision.mean < 0.2
-    assert found["NameEveryFault"].estimates["t_diagnosis_s"] is None
+        needless = found[name].estimates["needless"]
+        assert needless is not None, name
+        assert needless.mean >= 1.0, name
+    brier, first = (found["NameEveryFault"].estimates[name] for name in ("brier", "faults_top1"))
+    assert brier is not None
+    assert brier.mean > 0.8
+    assert first is not None
+    assert first.mean == 0

@@ -170,6 +170,19 @@ def test_no_such_time_can_be_thought(world: "World", seconds: object) -> None:
         thinker.think(seconds)  # type: ignore[arg-type]
 
 
+def test_adaptations_are_refused_where_the_task_is_to_diagnose(world: "World") -> None:
+    camera = world.start(Camera, parameters={"lifecycle_activation_delay": 0.0})
+    world.run(0.5)
+    restarter = world.start(Restarter, parameters={"task": "diagnose"})
+    show(world)
+    world.run(0.55)
+    assert restarter.greeting["task"] == "diagnose"
+    assert restarter.outcome is not None
+    assert restarter.outcome.result() is False
+    redeployed = restarter.redeploy(camera.get_name())
+    assert (redeployed.done(), redeployed.result()) == (True, False)
+
+
 def test_a_diagnosis_is_published(world: "World") -> None:
     thinker = world.start(Plain)
     thinker.diagnose({"gpu_failure": 0.9, "sync_issue": 0})

@@ -101,22 +101,6 @@ def test_a_fault_of_another_version_is_left_out() -> None:
     assert causes_of(timeline([Injection(0.0, "unheard_of", "F9", "some_node")]), seen) == ()
 
 
-def test_a_cure_that_was_undone_is_told_with_its_time() -> None:
-    noise = Injection(1.0, "depth_degradation", "F4", "depth", internal=False)
-    modality = partial(Setting, node="/managed_subsystem/sensor_fusion", name="modality")
-    settings = [
-        modality(0.0, value="2", declared=True),
-        modality(3.0, value="1"),
-        modality(7.5, value="2"),
-    ]
-
-    (cause,) = causes_of(
-        timeline([noise], settings), metrics(outcomes=[FaultOutcome("depth_degradation", "F4", 1.0, 20.0)])
-    )
-
-    assert cause.cured_by.partition("; ")[2] == "in place from 3.00 to 7.50 s only"
-
-
 def test_a_fault_that_did_not_come_is_told_with_the_reason() -> None:
     came = [Injection(1.0, "cuda_out_of_memory", "F3", "segmentation")]
     seen = metrics(outcomes=[FaultOutcome("cuda_out_of_memory", "F3", 1.0, 3.0)])

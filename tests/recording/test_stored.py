@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from msgspec import to_builtins
 
 from sunset.errors import RecordError
 from sunset.interfaces import Message
@@ -32,8 +33,9 @@ ABOUT = {
 
 def described(record: Path, **changes: object) -> Path:
     file = record / "run.json"
-    metrics = score(read_timeline(record)).to_json()
-    run = json.loads(file.read_text()) | ABOUT | {"metrics": metrics} | changes
+    found = score(read_timeline(record))
+    figures = {"metrics": found.to_json(), "fault_outcomes": to_builtins(found.outcomes)}
+    run = json.loads(file.read_text()) | ABOUT | figures | changes
     file.write_text(json.dumps({key: value for key, value in run.items() if value is not ...}))
     return record
 

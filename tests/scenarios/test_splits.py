@@ -101,6 +101,23 @@ def test_a_split_is_the_same_again_and_begins_as_a_larger_one() -> None:
         assert not courses(draw_split(spec)) & courses(twice[0])
 
 
+def test_every_scenario_of_wild_has_a_fault_that_no_catalogue_lists_and_only_a_salt_draws_the_sealed_ones() -> (
+    None
+):
+    listed = {fault.name for fault in sunset.list_faults()}
+
+    def causes(salt: bytes) -> list[set[str]]:
+        scenarios = draw_split(SplitSpec(split="wild", count=200, seed=1, salt=salt))
+        return [{fault.name for fault in scenario.faults} - listed for scenario in scenarios]
+
+    in_suite = {fault.name for scenario in load_suite("wild") for fault in scenario.faults}
+    assert {len(found) for found in causes(b"") + causes(SALT)} == {1}
+    assert set().union(*causes(b"")) == in_suite
+    assert len(set().union(*causes(SALT)) - in_suite) == 2
+    assert in_suite.isdisjoint(listed)
+    assert len(in_suite) >= 8
+
+
 def test_the_first_scenarios_are_what_they_always_were(tmp_path: Path) -> None:
     # whoever publishes a hash relies on this: a change needs another RULE
     hashes = {

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import msgspec
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.recording.runs import RUN
@@ -73,14 +74,16 @@ def test_score_world_and_page_agree_on_whether_a_cure_is_in_place(changes: list[
     run = StoredRun(Path(), msgspec.structs.replace(RUN, duration_s=duration_s), timeline, figures, ())
     drawn = {view.name: view.around for view in run_view(run, [START], [], "").faults}
 
-    world = World()
+    world, in_place_s = World(), dict.fromkeys((fault.name for fault in EXTERNAL), 0.0)
     for time, change in zip(times, changes, strict=True):
         seen_by_the_world(world, change)
         for fault in EXTERNAL:
+            in_place_s[fault.name] += 2.0 * world.is_worked_around(fault)
             on_page = any(first <= time + 1.0 < last for first, last in drawn[fault.name])
             assert world.is_worked_around(fault) == on_page
     for outcome, fault in zip(figures.outcomes, EXTERNAL, strict=True):
-        assert (outcome.cured is not None) == world.is_worked_around(fault)
+        assert (outcome.cured is not None) == (in_place_s[fault.name] > 0)
+        assert outcome.uncured_s == pytest.approx(duration_s - in_place_s[fault.name])
 
 
 def test_the_cure_of_one_configuration_fault_leaves_another_one_in_the_world() -> None:

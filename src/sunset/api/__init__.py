@@ -16,7 +16,6 @@ from sunset.api.catalogue import (
     render_flight,
 )
 from sunset.api.figures import write_figures
-from sunset.api.logs import write_logs
 from sunset.api.options import Manager, Options
 from sunset.api.pictures import fault_picture
 from sunset.api.publishing import bundle, verify
@@ -65,6 +64,5 @@ __all__ = [
     "verify",
     "view",
     "write_figures",
-    "write_logs",
     "write_site",
 ]

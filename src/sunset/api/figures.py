@@ -18,7 +18,7 @@ def write_figures(
 ) -> WrittenFigures:
     """Write the figures of a report of stored runs, as `sunset report --figures` does.
 
-    Each has a file as PDF, one as PNG, and its data as CSV. Without matplotlib there is the data only.
+    Each has a file as PDF, SVG and PNG, and its data as CSV; `captions.txt` has their captions.
 
     Args:
         path: what `run` or `bench`, or the command line, has written.
@@ -28,6 +28,7 @@ def write_figures(
         extensions: those of the managed system that the runs were made with.
 
     Raises:
+        MissingExtraError: matplotlib is not installed.
         RecordError: there is no run, or one is damaged.
         OutputError: the folder exists and is not empty, or cannot be written.
     """

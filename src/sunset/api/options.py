@@ -43,6 +43,7 @@ class Options(TypedDict, total=False):
         manager_limit: seconds of processor time that one callback of the managing system may take; ten times as much
             wall time.
         manager_env: names of environment variables that the managing system gets; their values are stored nowhere.
+        task: `repair`, or `diagnose`, in which adaptations are refused; `repair` if left out.
         thinking: seconds of the experiment that every decision of the managing system takes; 0 if left out.
         middleware: `sim`, or the name of a live middleware.
         rate: seconds of `/clock` in a second; live.
@@ -59,6 +60,7 @@ class Options(TypedDict, total=False):
     images: bool
     manager_limit: float
     manager_env: str | Sequence[str]
+    task: str
     thinking: float
     middleware: str
     rate: float
@@ -90,6 +92,7 @@ def settings_of(options: Options) -> Settings:
         images=options.get("images", default.images),
         manager_limit_s=number_of(options.get("manager_limit", default.manager_limit_s)),
         manager_env=names_of(options.get("manager_env", ()), "environment variables"),
+        task=options.get("task", default.task),
         thinking_s=number_of(options.get("thinking", default.thinking_s)),
         middleware=options.get("middleware", default.middleware),
         speed=number_of(options.get("rate", default.speed)),

@@ -12,18 +12,16 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.evaluation import load_results, score_tables
+from sunset.evaluation.intervals import LEAST_LEVELS, Design, Spread
 from sunset.evaluation.power import (
     DIFFERENCE,
     POWER,
     VARIANCES,
-    Design,
-    Variances,
-    least_difference,
+    detectable,
     power,
+    reaches,
     repetitions_needed,
-    variances,
 )
-from sunset.evaluation.resampling import LEAST_LEVELS
 from sunset.experiments import BenchSpec, RunSpec, added_managers, in_turn, plan, prepare, run
 from sunset.managing import split_label
 from sunset.recording import RUN_FILE
@@ -40,18 +38,18 @@ _MOMENT_S: Final = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prospect:
-    """What a campaign would tell of two managing systems that differ as two others do.
+    """How surely a campaign would tell two managing systems apart that differ as two others do.
 
     Attributes:
         pair: the two others.
-        power: how probably it tells a difference of `DIFFERENCE` in IoU_net; None where it has no interval.
-        told: the difference that it tells with a probability of `POWER`; None likewise.
-        repetitions: how many of them tell `DIFFERENCE` with that probability; None where no number does.
+        power: how probably it detects a difference of `DIFFERENCE` in utility; None where it has no interval.
+        detectable: the difference that it detects with a probability of `POWER`; None likewise.
+        repetitions: how many of them detect `DIFFERENCE` with that probability; None where no number does.
     """
 
     pair: str
     power: float | None
-    told: float | None
+    detectable: float | None
     repetitions: int | None
 
 
@@ -87,15 +85,10 @@ class CampaignForecast:
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
-        design = self.design and {
-            "alike": self.design.alike,
-            "flights": self.design.flights,
-            "repetitions": self.design.repetitions,
-        }
         return {
             "runs": dict(self.runs),
             "total": self.total,
-            "design": design,
+            "design": self.design and self.design._asdict(),
             "pace_s": self.pace_s,
             "duration_s": self.duration_s,
             "difference": DIFFERENCE,
@@ -105,7 +98,7 @@ class CampaignForecast:
                 {
                     "pair": prospect.pair,
                     "power": prospect.power,
-                    "told": prospect.told,
+                    "detectable": prospect.detectable,
                     "repetitions": prospect.repetitions,
                 }
                 for prospect in self.prospects
@@ -127,7 +120,7 @@ class CampaignForecast:
     def _power(self) -> list[str]:
         if self.design is None:
             return ["Which differences they detect is not known: the scenarios are on flights of their own."]
-        if not self.design.is_enough:
+        if self.design.repetitions < LEAST_LEVELS:
             return [f"They detect no difference: fewer than {LEAST_LEVELS} repetitions have no interval."]
         where = f"on {counted(self.design.flights, 'flight')}"
         sizes = {"degradations": self.design.alike, "flights": self.design.flights}
@@ -135,11 +128,11 @@ class CampaignForecast:
         lines = [
             (
                 f"If two managing systems differ as those of a line do ({self.source}), a difference of "
-                f"{DIFFERENCE:g} in IoU_net is detected with this probability:"
+                f"{DIFFERENCE:g} in utility is detected with this probability:"
             )
         ]
         for prospect in self.prospects:
-            if prospect.power is None or prospect.told is None:
+            if prospect.power is None or prospect.detectable is None:
                 lines.append(
                     f"  {prospect.pair}: not known {where}, since the variances are of fewer flights or degradations."
                 )
@@ -151,7 +144,7 @@ class CampaignForecast:
             )
             lines.append(
                 f"  {prospect.pair}: {100 * prospect.power:.0f} %; {needed}; this campaign detects a difference of "
-                f"{prospect.told:.3f} with {100 * POWER:g} %"
+                f"{prospect.detectable:.3f} with {100 * POWER:g} %"
             )
         if few:
             lines.append(
@@ -236,24 +229,25 @@ def _spread(design: Design | None) -> str:
     return f", over {listed(parts)}"
 
 
-def _prospect(pair: str, found: Variances, design: Design) -> Prospect:
-    if not design.is_enough or not found.reaches(design):
-        return Prospect(pair=pair, power=None, told=None, repetitions=None)
+def _prospect(pair: str, found: Spread, design: Design) -> Prospect:
+    if design.repetitions < LEAST_LEVELS or not reaches(found, design):
+        return Prospect(pair=pair, power=None, detectable=None, repetitions=None)
+    planned = replace(found, sizes=design)
     return Prospect(
         pair=pair,
-        power=power(found, design),
-        told=least_difference(found, design),
-        repetitions=repetitions_needed(found, design),
+        power=power(planned),
+        detectable=detectable(planned),
+        repetitions=repetitions_needed(planned),
     )
 
 
-def _measured(folder: Path) -> dict[str, Variances]:
+def _measured(folder: Path) -> dict[str, Spread]:
     """Return the variances of those differences between neighbours in a campaign that have an interval."""
     return {
-        f"{difference.first} − {difference.second}": variances(difference.iou_net.spread)
+        f"{difference.first} − {difference.second}": difference.utility.spread
         for table in score_tables(load_results(folder))
         for difference in table.neighbours
-        if difference.iou_net and difference.iou_net.spread
+        if difference.utility and difference.utility.spread
     }
 
 

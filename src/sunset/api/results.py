@@ -45,16 +45,17 @@ class Results:
         """The scores, and how managing systems differ: a table a suite of which several were run."""
         return score_tables(self.runs)
 
-    def table(self, form: str = "table") -> str:
+    def table(self, form: str = "table", *, every: bool = False) -> str:
         """Return the report, as `sunset report` prints it.
 
         Args:
             form: `table`, `latex`, `csv`, `json` or `html`.
+            every: whether a table or LaTeX has every figure, and not the first page only.
 
         Raises:
             InvalidInputError: there is no such format.
         """
-        return format_runs(self.runs, form)
+        return format_runs(self.runs, form, every=every)
 
     def compare(self, first: str, second: str) -> PairedComparison:
         """Compare two managing systems in the runs that both have: the same scenario, seed, model and flight.

@@ -1,7 +1,7 @@
 """Runs and campaigns: flown, stored, opened again, compared."""
 
 import tempfile
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import TypeAlias, Unpack
@@ -28,7 +28,7 @@ from sunset.api.planning import CampaignForecast, forecast
 from sunset.api.results import Results
 from sunset.api.viewing import Run
 from sunset.errors import ManagerError, RecordError
-from sunset.evaluation import find_logs, load_results, render_logs, render_report
+from sunset.evaluation import load_results, render_report
 from sunset.experiments import (
     CHECK_SCENARIO,
     DEFAULT_SCENARIO,
@@ -38,6 +38,7 @@ from sunset.experiments import (
     Settings,
     Shard,
 )
+from sunset.published import paper_report
 from sunset.recording import RUN_FILE, read_stored_run
 from sunset.scenarios import Scenario, generate
 from sunset.texts import shown
@@ -67,7 +68,7 @@ def run(
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `manager_env`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+            `manager_limit`, `manager_env`, `task`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable.
@@ -119,7 +120,7 @@ def bench(
         shard: do a part of the campaign only, as `I/N`, the I-th of N.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `manager_env`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+            `manager_limit`, `manager_env`, `task`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
 
     Raises:
         InvalidInputError: an argument is not usable, `out` holds another campaign, or a worker of the executor has not
@@ -216,35 +217,38 @@ def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = 
 
 
 def report(
-    path: str | Path | Sequence[str | Path],
+    path: str | Path,
     form: str | None = None,
     *,
+    every: bool = False,
     recompute: bool = False,
+    paper: bool = False,
     extensions: Extensions = (),
 ) -> str:
     """Return the report of stored runs, as `sunset report` prints it; with extensions as `load`.
 
     Args:
-        path: as of `load`; or logs of the published exemplar, files of CSV or folders of such, one or several.
+        path: as of `load`; with `paper`, also a log of the published exemplar, or a folder of logs.
         form: `table`, `latex`, `csv`, `json` or `html`; if it is None, `table`, but of the folder of one run its time
             line.
+        every: whether a table or LaTeX has every figure, and not the first page only.
         recompute: as of `load`; of a table.
+        paper: whether to return the paper's five figures by the published evaluation script instead, as `table`,
+            `latex`, `html` or `json`.
         extensions: as of `load`.
 
     Raises:
         RecordError: as `load`.
         InvalidInputError: there is no such format.
     """
-    paths = [path] if isinstance(path, str | Path) or not isinstance(path, Sequence) else path
-    folder, *others = [as_path(one, "folder of stored runs") for one in paths or [""]]
-    check_flags(recompute=recompute)
-    logs = find_logs([folder, *others])
-    if logs:
-        return render_logs(logs, "table" if form is None else form)
+    folder = as_path(path, "folder of stored runs")
+    check_flags(every=every, recompute=recompute, paper=paper)
     with extended(extensions):
-        if form is None and not recompute and (folder / RUN_FILE).is_file():
+        if paper:
+            return paper_report(folder, "table" if form is None else form)
+        if form is None and not (every or recompute) and (folder / RUN_FILE).is_file():
             return f"{read_stored_run(folder)}\n"
-        return render_report(folder, "table" if form is None else form, recompute=recompute)
+        return render_report(folder, "table" if form is None else form, every=every, recompute=recompute)
 
 
 def check_manager(
@@ -263,7 +267,7 @@ def check_manager(
         seed: of both runs.
         progress: called with (runs that are done, runs in all).
         **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `manager_env`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+            `manager_limit`, `manager_env`, `task`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
 
     Raises:
         SunsetError: as `run`.

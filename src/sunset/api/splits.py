@@ -22,7 +22,7 @@ def generate_split(
     """Write scenarios for training, validation or test into a folder, as `sunset scenarios generate --split` does.
 
     Args:
-        split: `train`, `validation` or `test`; they never share a scenario.
+        split: `train`, `validation`, `test` or `wild`; they never share a scenario.
         count: how many scenarios, from 1 to 9999; those of a smaller number are the first of a larger one.
         out: the folder, which must not exist, or be empty.
         seed: of everything that is drawn.

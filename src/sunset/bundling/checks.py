@@ -8,7 +8,7 @@ from msgspec import UNSET
 
 from sunset.errors import RecordError
 from sunset.experiments import campaign_managers, model_checksum
-from sunset.metrics import log_figures, score
+from sunset.metrics import score
 from sunset.names import base_name
 from sunset.output_files import folder_name
 from sunset.perception import ModelCard
@@ -20,7 +20,6 @@ from sunset.recording import (
     check_extensions,
     differences,
     measured_topics,
-    published_log,
     read_messages,
     read_run,
     stored_figures,
@@ -130,6 +129,7 @@ def _planned(run: RunRecord, described: CampaignPlan) -> dict[str, object]:
         "middleware": described.middleware,
         "bag_checksum": described.bag_checksum if facts is None else facts.bag_checksum,
         "bag_looped": described.loop,
+        "task": described.task,
         "thinking_s": described.thinking_s or UNSET,
         "extensions": described.extensions or UNSET,
         "versions": described.versions,
@@ -181,8 +181,6 @@ def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
     messages = read_messages(place, measured_topics())
     observed = timeline_of(run, messages)
     stored, metrics = stored_figures(run, place / RUN_FILE), score(observed)
-    if run.by_paper_script not in {UNSET, log_figures(published_log(messages, observed))}:
-        yield "its figures by the paper's evaluation script are stored otherwise than the messages give them"
     computed = metrics.to_json()
     for name in differences(run, metrics):
         if name not in computed:

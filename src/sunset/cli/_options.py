@@ -12,7 +12,7 @@ from sunset.experiments import BenchSpec, RunSpec, Settings
 from sunset.perception import DEVICES
 from sunset.rmw.backends import BACKENDS, SIMULATED
 from sunset.scenarios import suite_names
-from sunset.system import DURATION_S
+from sunset.system import DURATION_S, REPAIR, TASKS
 
 
 def add_campaign_options(
@@ -133,6 +133,12 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="let the managing system have this variable of your environment, such as the key of a service; no record "
         "has its value (repeatable)",
+    )
+    parser.add_argument(
+        "--task",
+        default=REPAIR,
+        choices=TASKS,
+        help="what the managing system does: repair; or diagnose only, where all adaptations are refused",
     )
     parser.add_argument(
         "--thinking",

@@ -155,10 +155,10 @@ class Parser(argparse.ArgumentParser):
 
 def _joined_faults(words: Sequence[str]) -> str:
     """Return how faults that stand apart are given as one scenario; empty if some word is not a fault."""
-    from sunset.system import current_system  # noqa: PLC0415  slow, and rarely needed
+    from sunset.system import find_fault  # noqa: PLC0415  slow, and rarely needed
 
     faults = [fault for word in words for fault in word.split("+") if fault or not word]
-    are_known = all(fault.partition("=")[0] in current_system().faults for fault in faults)
+    are_known = all(find_fault(fault.partition("=")[0]) for fault in faults)
     return f"join faults by +: {'+'.join(faults)}" if are_known else ""
 
 

@@ -1,10 +1,8 @@
-"""`sunset report`: the table of stored runs or of published logs, or the time line of one run."""
+"""`sunset report`: the table of stored runs, or the time line of one run."""
 
 import argparse
 import sys
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
 
 from sunset.api.site import write_site
 from sunset.cli._options import add_format_options
@@ -13,47 +11,47 @@ from sunset.errors import InvalidInputError, RecordError
 from sunset.evaluation import (
     FORMATS,
     RUNS_FORMATS,
-    find_logs,
-    render_logs,
     render_report,
     render_runs,
     write_figures,
-    write_logs,
 )
 from sunset.experiments import count_runs
+from sunset.published import paper_report
 from sunset.recording import RUN_FILE, read_stored_run
-
-_ORIGINAL_CSV: Final = "original-csv"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
-        "Read the runs below a folder and print the paper's table; of the folder of one run, print its "
-        "time line. Or read logs of the published exemplar, and print what can be had from them. Nothing is run again."
+        "Read the runs below a folder and print their report; of the folder of one run, print its "
+        "time line. Nothing is run again."
     )
     parser.add_argument(
-        "paths",
+        "path",
         type=Path,
-        nargs="+",
         metavar="PATH",
-        help="what 'sunset bench --out' or 'run --out' wrote; or published logs: files of CSV, or folders of such",
+        help="what 'sunset bench --out' or 'run --out' wrote; with --paper, also published logs",
     )
     add_format_options(
-        parser,
-        (*FORMATS, _ORIGINAL_CSV),
-        "how the table is printed (default: table; of one run, its time line); or original-csv: write a log of each "
-        "run into the folder --out, which the paper's evaluation script reads",
-        default=None,
+        parser, FORMATS, "how the table is printed (default: table; of one run, its time line)", default=None
     )
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help=f"with --format {_ORIGINAL_CSV}: the new folder of the logs"
+        "--paper",
+        action="store_true",
+        help="print the paper's five figures by the published evaluation script, with the published ones; PATH may be "
+        "a log of the published exemplar, or a folder of logs",
     )
     parser.add_argument(
         "--runs",
         action="store_true",
         help=f"list the runs, a row each, in place of the table: --format {' or '.join(RUNS_FORMATS)} "
         f"(default: {RUNS_FORMATS[0]})",
+    )
+    parser.add_argument(
+        "--all",
+        action="store_true",
+        dest="every",
+        help="print every figure, and not the first page only; JSON, CSV and pages have all anyway",
     )
     parser.add_argument(
         "--site",
@@ -65,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--figures",
         type=Path,
         metavar="DIR",
-        help="write a new folder with the figures of the table, each as PDF, PNG and CSV",
+        help="write a new folder with the figures of the table, each as PDF, SVG, PNG and CSV",
     )
     parser.add_argument(
         "--recompute",
@@ -77,18 +75,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> None:
     """Print the report."""
     form, again = arguments.format, arguments.recompute
-    if (arguments.out is not None) is not (form == _ORIGINAL_CSV):
-        raise InvalidInputError(
-            f"--format {_ORIGINAL_CSV} and --out, the folder that it is written to, need each other; any other format "
-            "is printed."
-        )
-    logs = find_logs(arguments.paths)
-    if logs:
-        _print_logs(logs, arguments)
-        return
-    (folder,) = arguments.paths
-    if form == _ORIGINAL_CSV:
-        _write_logs(folder, arguments)
+    folder = arguments.path
+    if arguments.paper:
+        _print_paper(folder, arguments)
     elif arguments.figures is not None:
         _write_figures(folder, arguments)
     elif arguments.site is not None:
@@ -105,22 +94,18 @@ def execute(arguments: argparse.Namespace) -> None:
                 folder, form or RUNS_FORMATS[0], recompute=again, progress=progress if again else None
             )
         print(text, end="")
-    elif form is None and not again and (folder / RUN_FILE).is_file():
+    elif form is None and not again and not arguments.every and (folder / RUN_FILE).is_file():
         read_stored_run(folder).print_story()
     else:
-        print_report(folder, form or "table", recompute=again)
+        print_report(folder, form or "table", every=arguments.every, recompute=again)
 
 
-def _print_logs(logs: Sequence[Path], arguments: argparse.Namespace) -> None:
-    """Print the report of published logs."""
-    others = (arguments.runs, arguments.recompute, arguments.site, arguments.figures, arguments.out)
-    if any(others):
-        raise InvalidInputError(
-            f"{arguments.paths[0]} has published logs and not runs: leave out --runs, --site, --figures, "
-            f"--recompute and --format {_ORIGINAL_CSV}."
-        )
+def _print_paper(path: Path, arguments: argparse.Namespace) -> None:
+    """Print the paper's figures by the published evaluation script."""
+    if arguments.runs or arguments.recompute or arguments.site or arguments.figures:
+        raise InvalidInputError("Leave out --runs, --site, --figures and --recompute with --paper.")
     with progress_bar("Reading logs") as progress:
-        text = render_logs(logs, arguments.format or "table", progress=progress)
+        text = paper_report(path, arguments.format or "table", progress=progress)
     print(text.rstrip("\n"))
 
 
@@ -138,22 +123,12 @@ def _write_figures(folder: Path, arguments: argparse.Namespace) -> None:
     print(written, file=sys.stderr)
 
 
-def _write_logs(folder: Path, arguments: argparse.Namespace) -> None:
-    """Write the logs of stored runs."""
-    if arguments.runs or arguments.recompute or arguments.site or arguments.figures:
-        raise InvalidInputError(
-            "Logs are written from the messages: leave out --runs, --site, --figures and --recompute with "
-            f"{_ORIGINAL_CSV}."
-        )
-    with progress_bar("Writing logs") as progress:
-        written = write_logs(folder, arguments.out, progress=progress)
-    print(written, file=sys.stderr)
-
-
-def print_report(folder: Path, form: str, *, recompute: bool = False) -> None:
+def print_report(folder: Path, form: str, *, every: bool = False, recompute: bool = False) -> None:
     """Print the report of a folder of runs on stdout."""
     with progress_bar("Reading runs") as progress:
-        text = render_report(folder, form, recompute=recompute, progress=progress if recompute else None)
+        text = render_report(
+            folder, form, every=every, recompute=recompute, progress=progress if recompute else None
+        )
     print(text.rstrip("\n"))
     try:
         counted = count_runs(folder)

@@ -60,7 +60,13 @@ def landlock_version() -> int:
     return 0
 
 
-def restrict_files(readable: Iterable[Path], writable: Iterable[Path], devices: Iterable[Path]) -> None:
+def restrict_files(
+    readable: Iterable[Path],
+    writable: Iterable[Path],
+    devices: Iterable[Path],
+    *,
+    listed: Iterable[Path] = (),
+) -> None:
     """Let this thread, and what it starts, see these files and folders only, where the kernel has Landlock.
 
     It can then also neither signal processes that are not its own nor reach abstract sockets, from version 6 on. The
@@ -70,6 +76,7 @@ def restrict_files(readable: Iterable[Path], writable: Iterable[Path], devices: 
         readable: may be read, listed and executed; those that are not there are left out.
         writable: folders in which anything may be done, but for making devices.
         devices: may be read and written.
+        listed: folders that may be listed, with those in them.
 
     Raises:
         OSError: the kernel has it, but refuses.
@@ -86,6 +93,7 @@ def restrict_files(readable: Iterable[Path], writable: Iterable[Path], devices: 
             (readable, _READ),
             (writable, handled & ~(_MAKE_CHAR | _MAKE_BLOCK | _IOCTL_DEV)),
             (devices, _READ_FILE | _WRITE_FILE | _TRUNCATE),
+            (listed, _READ_DIR),
         ):
             for path in paths:
                 with suppress(FileNotFoundError, NotADirectoryError):

@@ -32,6 +32,8 @@ _TASKS: Final = 256
 """How many processes and threads there may be besides those that there are."""
 
 _PACKAGE: Final = Path(__file__).parents[1]
+_HIDDEN: Final = (_PACKAGE / "wild").resolve()
+"""What no confined process reads, wherever it is installed: the faults that no catalogue lists."""
 _SYSTEM: Final = (
     *("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64"),
     *(
@@ -129,7 +131,13 @@ def put_up(view: View, folder: Path) -> None:
         enclose((*seen, *_DEVICES), folder)
     drop_root(folder)
     forgo_privileges()
-    restrict_files(seen, [folder], _DEVICES)
+    parts = [_without_hidden(place) for place in seen]
+    restrict_files(
+        [part for readable, _ in parts for part in readable],
+        [folder],
+        _DEVICES,
+        listed=[part for _, listed in parts for part in listed],
+    )
     filter_calls(network=view.network, signals=landlock_version() >= SCOPES_SINCE)
 
 
@@ -141,9 +149,23 @@ def enclosing() -> bool:
 
 def prepare() -> None:
     """Find out ahead, for all processes that are forked from this one, what the walls are made of."""
-    _needed()
+    for place in _needed():
+        _without_hidden(place)
     enclosing()
     filter_program(network=True, signals=landlock_version() >= SCOPES_SINCE)
+
+
+@cache
+def _without_hidden(place: Path) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Return what may be read at a place, and which folders may be listed only, since what is hidden is in them."""
+    real = place.resolve()
+    if real.is_relative_to(_HIDDEN):
+        return (), ()
+    if not _HIDDEN.is_relative_to(real):
+        return (place,), ()
+    parts = [_without_hidden(part) for part in sorted(real.iterdir()) if real in part.resolve().parents]
+    readable = tuple(path for paths, _ in parts for path in paths)
+    return readable, (real, *(path for _, paths in parts for path in paths))
 
 
 def _limit() -> None:

@@ -2,31 +2,25 @@
 
 from sunset.evaluation.agreement import Agreement, Comparison, LeftOut, Pair, compare
 from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreement
-from sunset.evaluation.chart_files import WrittenFigures, write_figures
 from sunset.evaluation.differences import ManagerDifference
 from sunset.evaluation.estimates import METHOD, Estimate, estimate
+from sunset.evaluation.figure_files import WrittenFigures, write_figures
 from sunset.evaluation.figures import entropy_figure
-from sunset.evaluation.log_files import LOG_COLUMNS, WrittenLogs, write_logs
+from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.outage_figure import outage_figure
 from sunset.evaluation.paired import Difference, PairedComparison, compare_managers
-from sunset.evaluation.published_logs import find_logs
-from sunset.evaluation.published_report import render_logs
 from sunset.evaluation.report import FORMATS, format_report, format_runs, render_report
-from sunset.evaluation.resampling import Cluster
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results, recompute
 from sunset.evaluation.runs import RUNS_FORMATS, render_runs, run_fields
 from sunset.evaluation.scores import ScoreRow, ScoreTable, score_tables
 from sunset.evaluation.site import index_page
-from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, summarise
+from sunset.evaluation.summary import SystemRow, summarise
 
 __all__ = [
     "AGREEMENT_FORMATS",
     "FIGURES",
     "FORMATS",
-    "LOG_COLUMNS",
     "METHOD",
-    "PUBLISHED",
-    "PUBLISHED_SOURCE",
     "RUNS_FORMATS",
     "Agreement",
     "Cluster",
@@ -43,12 +37,10 @@ __all__ = [
     "ScoreTable",
     "SystemRow",
     "WrittenFigures",
-    "WrittenLogs",
     "compare",
     "compare_managers",
     "entropy_figure",
     "estimate",
-    "find_logs",
     "format_agreement",
     "format_report",
     "format_runs",
@@ -56,12 +48,10 @@ __all__ = [
     "load_results",
     "outage_figure",
     "recompute",
-    "render_logs",
     "render_report",
     "render_runs",
     "run_fields",
     "score_tables",
     "summarise",
     "write_figures",
-    "write_logs",
 ]

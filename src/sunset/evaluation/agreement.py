@@ -8,7 +8,7 @@ from typing import Final
 
 from sunset.errors import RecordError
 from sunset.evaluation.estimates import Estimate, compare_means
-from sunset.evaluation.resampling import Cluster
+from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.metrics import RunMetrics, score
 from sunset.recording import read_timeline

@@ -15,8 +15,8 @@ AGREEMENT_FORMATS: Final = ("table", "csv", "json")
 
 _METHOD: Final = (
     "Differences are live − sim, of pairs with the same scenario and seed; their mean with its 95 % confidence "
-    "interval by a crossed cluster bootstrap, in which pairs with the same degradations, and of the same seed, are "
-    "alike."
+    "interval from the components of variance of crossed random effects: pairs with the same degradations, and of the "
+    "same seed, are alike."
 )
 _RULE: Final = (
     f"A figure agrees if the live mean is within {100 * TOLERANCE:g} % of the simulation's or, of a time, within "

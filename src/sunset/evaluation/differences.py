@@ -1,23 +1,17 @@
 """How managing systems differ, in the runs that both have: how much, how surely, and what it takes to tell."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Final, TypeAlias
 
-import numpy as np
-
 from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
-from sunset.evaluation.power import DIFFERENCE, POWER, Design, least_difference, repetitions_needed, variances
-from sunset.evaluation.resampling import Cluster, Spread
+from sunset.evaluation.intervals import Cluster
+from sunset.evaluation.power import detectable, repetitions_needed
 
 DIFFERENCE_METHOD: Final = (
-    "Differences are of runs with the same scenario, flight and seed, with the same bootstrap; those in score, of the "
-    "runs that count for it. A12 (Vargha and Delaney): how probably a run of the first has more IoU_net than a run of "
-    "the second. p: of the difference in IoU_net, adjusted after Holm for all pairs of managing systems; intervals "
-    "are not adjusted. Told: the smallest difference in IoU_net that a campaign of this size detects with a "
-    f"probability of {100 * POWER:g} %. Runs for {DIFFERENCE:g}: how many runs of each detect a difference of "
-    f"{DIFFERENCE:g} so; never, where only other scenarios or flights would help."
+    "Differences are of pairs: runs with the same scenario, flight and seed; in score, of the pairs that count for it. "
+    "Pairs won: the share of pairs in which the first has more utility, ties by half. p: of the difference in utility, "
+    "adjusted after Holm for all pairs of managing systems; intervals are not adjusted."
 )
 """How differences come about, in words."""
 
@@ -37,22 +31,22 @@ class ManagerDifference:
         second: another's.
         pairs: how many runs both have.
         score: by how much the score of the first is above that of the second; None where there is no score.
-        iou_net: likewise of IoU_net; None where there is no pair.
-        a12: how probably a run of the first has more IoU_net than one of the second, ties by half; None likewise.
-        p: of the difference in IoU_net, adjusted after Holm; None where it has no interval.
-        told: the difference in IoU_net that such a campaign tells with a probability of `POWER`; None likewise.
-        runs_needed: how many runs of each would tell `DIFFERENCE` so; None where no number of repetitions does, or
-            there is no interval.
+        utility: likewise of utility; None where there is no pair.
+        pairs_won: the share of pairs in which the first has more utility, ties by half; None likewise.
+        p: of the difference in utility, adjusted after Holm; None where it has no interval.
+        detectable: the difference in utility that such campaigns detect with a power of `POWER`; None likewise.
+        runs_needed: how many runs of each detect `DIFFERENCE` so; None where no number of repetitions does, or there
+            is no interval.
     """
 
     first: str
     second: str
     pairs: int
     score: Estimate | None
-    iou_net: Estimate | None
-    a12: float | None
+    utility: Estimate | None
+    pairs_won: float | None
     p: float | None
-    told: float | None
+    detectable: float | None
     runs_needed: int | None
 
     def to_json(self) -> dict[str, object]:
@@ -62,26 +56,30 @@ class ManagerDifference:
             "second": self.second,
             "pairs": self.pairs,
             "score": self.score and self.score.to_json(),
-            "iou_net": self.iou_net and self.iou_net.to_json(),
-            "a12": self.a12,
+            "utility": self.utility and self.utility.to_json(),
+            "pairs_won": self.pairs_won,
             "p_holm": self.p,
-            "told": self.told,
+            "detectable": self.detectable,
             "runs_needed": self.runs_needed,
         }
 
 
 def differences(
-    systems: Mapping[str, Figures], gains: Figures, clusters: Mapping[Experiment, Cluster]
+    systems: Mapping[str, Figures],
+    gains: Figures,
+    clusters: Mapping[Experiment, Cluster],
+    pairs: Iterable[tuple[str, str]],
 ) -> tuple[ManagerDifference, ...]:
-    """Return what tells every two managing systems apart, in the order in which they are given.
+    """Return how managing systems differ, pair by pair.
 
     Args:
-        systems: IoU_net of their runs, by name.
+        systems: utility of their runs, by name.
         gains: what repairing can win, where that is enough for a score.
         clusters: what each run has in common with others.
+        pairs: the names of those that are compared.
     """
-    found = [_difference(*pair, systems, gains, clusters) for pair in combinations(systems, 2)]
-    p_values = [None if difference.iou_net is None else _p_value(difference.iou_net) for difference in found]
+    found = [_difference(*pair, systems, gains, clusters) for pair in pairs]
+    p_values = [None if difference.utility is None else _p_value(difference.utility) for difference in found]
     adjusted = iter(holm([p for p in p_values if p is not None]))
     return tuple(
         difference if p is None else replace(difference, p=next(adjusted))
@@ -105,19 +103,16 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return adjusted
 
 
-def a12(first: Sequence[float], second: Sequence[float]) -> float:
-    """Return how probably a value of the first is greater than one of the second, ties by half.
+def pairs_won(leads: Sequence[float]) -> float:
+    """Return the share of pairs in which the first has more than the second, ties by half.
 
-    Source: Vargha and Delaney, A critique and improvement of the CL common language effect size statistics, Journal of
-    Educational and Behavioral Statistics 25 (2000).
+    Args:
+        leads: by how much the first has more, of each pair; at least one.
 
-    >>> a12([1.0, 2.0], [1.0, 0.0])
-    0.875
+    >>> pairs_won([0.25, -0.5, 0.0, 0.5])
+    0.625
     """
-    ordered = np.sort(second)
-    less = np.searchsorted(ordered, first, side="left")
-    up_to = np.searchsorted(ordered, first, side="right")
-    return float((less + up_to).mean() / 2 / len(second))
+    return sum((lead > 0) + (lead == 0) / 2 for lead in leads) / len(leads)
 
 
 def _difference(
@@ -131,8 +126,9 @@ def _difference(
     ours, theirs = systems[first], systems[second]
     leads = {key: ours[key] - theirs[key] for key in ours if key in theirs}
     scored = [key for key in leads if key in gains]
-    iou_net = estimate(list(leads.values()), [clusters[key] for key in leads])
-    told, needed = _told(iou_net.spread, iou_net.runs) if iou_net and iou_net.spread else (None, None)
+    utility = estimate(list(leads.values()), [clusters[key] for key in leads])
+    spread = utility.spread if utility else None
+    repetitions = repetitions_needed(spread) if spread else None
     return ManagerDifference(
         first=first,
         second=second,
@@ -142,22 +138,15 @@ def _difference(
         )
         if scored
         else None,
-        iou_net=iou_net,
-        a12=a12([ours[key] for key in leads], [theirs[key] for key in leads]) if leads else None,
+        utility=utility,
+        pairs_won=pairs_won(list(leads.values())) if leads else None,
         p=None,
-        told=told,
-        runs_needed=needed,
+        detectable=detectable(spread) if spread else None,
+        runs_needed=round(len(leads) / spread.sizes.repetitions * repetitions)
+        if spread and repetitions
+        else None,
     )
 
 
 def _p_value(found: Estimate) -> float | None:
     return found.spread.p_value(found.mean) if found.spread else None
-
-
-def _told(spread: Spread, runs: int) -> tuple[float, int | None]:
-    """Return the least difference that such a campaign tells, and how many runs would tell `DIFFERENCE`."""
-    found = variances(spread)
-    alike, flights, repetitions = spread.sizes
-    design = Design(alike=alike, flights=flights, repetitions=repetitions)
-    needed = repetitions_needed(found, design)
-    return least_difference(found, design), None if needed is None else round(runs / repetitions * needed)

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from sunset.evaluation.resampling import LEAST_LEVELS, Cluster, Spread, spread
+from sunset.evaluation.intervals import LEAST_LEVELS, Cluster, Spread, spread
 
 METHOD: Final = (
-    "Mean ± sample standard deviation over runs; 95 % confidence interval of the mean by a crossed cluster bootstrap, "
-    "in which runs with the same degradations, on the same flight, and of the same seed are alike; without "
-    "degradations, those with the same failures. It holds for other degradations (failures) and flights where at least "
-    f"{LEAST_LEVELS} were run, and otherwise for these only. It takes the outages beside a degradation as they are: "
-    "they scatter in ±, and not in the interval."
+    "Mean ± sample standard deviation over runs. The 95 % confidence interval of the mean is that of crossed random "
+    "effects (Searle, Casella and McCulloch 1992) with degrees of freedom after Satterthwaite (1946): runs with the "
+    "same degradations, on the same flight, and of the same seed are alike; without degradations, those with the same "
+    f"failures. It speaks of other degradations (failures) and flights where at least {LEAST_LEVELS} were run, and "
+    "otherwise of these only. Outages beside a degradation scatter in ±, and not in the interval."
 )
 """How the figures of a table come about, in words."""
 
@@ -64,7 +64,7 @@ class Estimate:
 def estimate(values: Sequence[float | None], clusters: Sequence[Cluster]) -> Estimate | None:
     """Return the mean of the values that are there, and how sure it is; None if there is no value.
 
-    The interval is that of `resampling`: runs of the same degradations, flight or seed are alike. There is none for
+    The interval is that of `intervals`: runs of the same degradations, flight or seed are alike. There is none for
     fewer than three seeds.
 
     Args:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import InvalidInputError
+from sunset.evaluation.figure_frame import COLUMN_IN, PAGE_IN, SETTINGS
 from sunset.figures import BLUE, GREY, ORANGE, check_figure, drawing, save_figure
 from sunset.metrics import Samples
 from sunset.system import WINDOW, MovingMean
@@ -25,19 +26,6 @@ _STYLES: Final[tuple[tuple[str, object], ...]] = (
     ("#E69F00", (0, (3, 1.2, 1, 1.2))),
     ("#56B4E9", (0, (1.2, 1.2))),
 )
-_PRINT: Final = {
-    "font.size": 8,
-    "axes.labelsize": 8,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "legend.fontsize": 7,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "lines.linewidth": 1.2,
-}
 
 
 def entropy_figure(
@@ -72,8 +60,10 @@ def entropy_figure(
 
 
 def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapping[str, Samples]) -> None:
-    with drawing(_PRINT) as new_figure:
-        figure = new_figure(figsize=(7.0, 2.8) if iou else (3.5, 2.9), dpi=300, layout="constrained")
+    with drawing(SETTINGS) as new_figure:
+        figure = new_figure(
+            figsize=(PAGE_IN, 2.8) if iou else (COLUMN_IN, 2.9), dpi=300, layout="constrained"
+        )
         panels = figure.subplots(1, 2 if iou else 1, squeeze=False, sharex=True)[0]
         styles = {name: _STYLES[place % len(_STYLES)] for place, name in enumerate(series)}
         _panel(panels[0], series, styles, "entropy")

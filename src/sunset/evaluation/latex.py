@@ -38,10 +38,10 @@ _HEAD: Final = r"""\documentclass{article}
 
 
 def as_latex(report: Report) -> str:
-    """Return a report as a document of LaTeX: its notes, and its tables, each of which can be taken out."""
+    """Return a report as a document of LaTeX: its tables, each of which can be taken out, and its notes."""
     notes = [rf"\item {escape_latex(note)}" for note in report.notes]
-    listed = [r"\begin{itemize}\footnotesize", *notes, r"\end{itemize}", ""] if notes else []
-    return "\n".join([_HEAD + "\n".join(listed), *map(_table, report.blocks), r"\end{document}", ""])
+    listed = [r"\clearpage", r"\begin{itemize}\footnotesize", *notes, r"\end{itemize}", ""] if notes else []
+    return "\n".join([_HEAD, *map(_table, report.blocks), *listed, r"\end{document}", ""])
 
 
 def escape_latex(text: str) -> str:

@@ -5,15 +5,14 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.evaluation.blocks import PAPER_LABEL, Block, Cell, Column, Line, Quantity, Report
+from sunset.evaluation.diagnosis_block import diagnosis_blocks
 from sunset.evaluation.estimates import METHOD, NO_INTERVAL
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import ScoreTable
-from sunset.evaluation.script_block import published_lines, script_blocks, script_notes
-from sunset.evaluation.summary import PUBLISHED_SOURCE, SystemRow
-from sunset.evaluation.treatments import fault_blocks, fault_notes, lines_of
-from sunset.metrics import SCRIPT_FIGURES
-from sunset.system import DURATION_S
+from sunset.evaluation.summary import PAPER_SUITES, SystemRow
+from sunset.evaluation.treatments import fault_blocks, lines_of
+from sunset.system import DIAGNOSE, REPAIR
 from sunset.texts import counted, printable, shorten, tallied
 
 _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
@@ -58,39 +57,42 @@ _COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
         "iou_all": Column("IoU_all ↑", r"IoU$_\mathrm{all}\uparrow$", "frames that never came count as 0"),
     }
 )
+_PAPER: Final = ("f_resolved_per_adaptation", "t_react_s", "redeploys_unnecessary", "t_down_s", "iou")
 _MORE: Final = ("unresolved", "t_detect_s", "t_decide_s", "t_repair_s", "iou_all")
 _LACKING: Final = MappingProxyType(
     {
         "f_resolved_per_adaptation": ("f_res/a_exec", "nothing was adapted"),
         "t_react_s": ("t_react", "nothing was resolved"),
         "iou": ("IoU", "no frame with labels came"),
-        "diagnosis_precision": ("precision", "no fault was named with a probability of at least 0.5"),
-        "t_diagnosis_s": ("t_diagnosis", "no diagnosis named all faults that were there, and no other"),
     }
 )
 """Figure → what it is called, and what happened in the runs that have none."""
 _SHOWN: Final = 10
 _LONGEST_REASON: Final = 300
-_PUBLISHED_NOTE: Final = (
-    f"Published: {PUBLISHED_SOURCE}; by other definitions, which docs/metrics.md compares with ours."
+_PAPER_NOTE: Final = (
+    "The paper's figures are by SUNSET's definitions. 'sunset report DIR --paper' shows them by those of the published "
+    "evaluation script, with the published ones."
 )
 
 
-def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = ()) -> Report:
-    """Return the report of a table's rows, with the paper's beside those that it can be compared with.
+def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, every: bool = False) -> Report:
+    """Return the report of runs: the score and what stands beside it, then the paper's figures of its suites.
 
     Args:
         rows: those of the paper's table.
         scores: what it leads with.
+        every: whether every other figure follows.
     """
-    main = tuple((*_group(row, SCRIPT_FIGURES), *published_lines(row.published)) for row in rows)
-    more = tuple(_group(row, _MORE) for row in rows if not row.is_reference)
+    repairing = [row for row in rows if row.task == REPAIR]
+    papers = [row for row in repairing if every or row.suite in PAPER_SUITES]
+    main = tuple(_group(row, _PAPER) for row in papers)
+    more = tuple(_group(row, _MORE) for row in repairing if every and not row.is_reference)
     blocks = (
         *lead_blocks(scores),
-        Block("The paper's figures", tuple(_COLUMNS[name] for name in SCRIPT_FIGURES), main, PAPER_LABEL),
-        *fault_blocks(rows),
+        Block("The paper's figures", tuple(_COLUMNS[name] for name in _PAPER), main, PAPER_LABEL),
+        *(fault_blocks(repairing) if every else ()),
+        *diagnosis_blocks([row for row in rows if every or row.task == DIAGNOSE]),
         Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more, "tab:sunset-more"),
-        *script_blocks(rows),
     )
     return Report(
         tuple(block for block in blocks if block.groups),
@@ -98,10 +100,8 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = ()) -> Rep
             *_provenance(rows),
             *lead_notes(scores),
             METHOD,
-            *fault_notes(rows),
-            *_comparability(rows),
-            *_notes(rows),
-            *script_notes(rows),
+            *([_PAPER_NOTE] if papers else ()),
+            *_notes(rows, shown=papers),
         ),
     )
 
@@ -151,33 +151,15 @@ def _seeds(seeds: Collection[int]) -> str:
     return _named("seed", "s", map(str, seeds))
 
 
-def _comparability(rows: Sequence[SystemRow]) -> list[str]:
-    """Say what the paper's figures are, and which rows have none beside them because they measure something else."""
-    notes = [_PUBLISHED_NOTE] if any(row.published for row in rows) else []
-    others = [row.system for row in rows if row.is_of_other_duration]
-    if others:
-        notes.append(
-            f"The paper measures {DURATION_S:g} s: its figures are not comparable with those of "
-            + _listed(others, "rows")
-        )
-    parts = [row.system for row in rows if row.is_of_part]
-    if parts:
-        notes.append(
-            "The paper runs whole suites: its figures are not comparable with those of "
-            + _listed(parts, "rows")
-        )
-    return notes
-
-
-def _notes(rows: Sequence[SystemRow]) -> list[str]:
-    """Say what a reader would otherwise take for granted: runs that are missing from a figure."""
+def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str]:
+    """Say what a reader would otherwise take for granted: runs that are missing from a figure that is shown."""
     notes = []
     if any(found and found.lacks_interval for row in rows for found in row.estimates.values()):
         notes.append(NO_INTERVAL)
     for row in rows:
-        for name, (figure, reason) in _LACKING.items():
+        for name, (figure, reason) in _LACKING.items() if row.task == REPAIR else ():
             found = row.estimates[name]
-            if found is not None and found.runs < row.runs:
+            if row in shown and found is not None and found.runs < row.runs:
                 notes.append(
                     f"{row.system}: {figure} is of {found.runs} of {row.runs} runs; in the others {reason}."
                 )
@@ -210,9 +192,9 @@ def _notes(rows: Sequence[SystemRow]) -> list[str]:
 def _invalid_note(row: SystemRow) -> str:
     """Return how many of a row's runs do not count, and why."""
     number = len(row.invalid)
-    return f"{row.system}: {number} invalid {'run is' if number == 1 else 'runs are'} left out: " + (
-        _told((run, run.reason) for run in row.invalid)
-    )
+    what = "invalid run is" if number == 1 else "invalid runs are"
+    reasons = _told((run, run.reason) for run in row.invalid)
+    return f"{row.system}: {number} {what} left out of all columns but the score: {reasons}"
 
 
 def _failed_note(row: SystemRow) -> str:

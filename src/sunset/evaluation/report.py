@@ -1,45 +1,50 @@
 """From a folder of runs to a report, in the format that is asked for."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
-from sunset.evaluation.chart_page import charts_as_html
-from sunset.evaluation.charts import Chart
 from sunset.evaluation.differences import DIFFERENCE_METHOD
 from sunset.evaluation.estimates import METHOD, Estimate
+from sunset.evaluation.figure_files import figures_as_html
 from sunset.evaluation.latex import as_latex
 from sunset.evaluation.layout import arrange
-from sunset.evaluation.report_charts import report_charts
-from sunset.evaluation.results import FIGURES, RunRow, load_results
+from sunset.evaluation.results import RunRow, load_results
 from sunset.evaluation.scores import SCORE_METHOD, ScoreTable, score_tables
-from sunset.evaluation.summary import PUBLISHED, PUBLISHED_SOURCE, SystemRow, published_names, summarise
+from sunset.evaluation.summary import SystemRow, summarise
 from sunset.evaluation.text import as_text
-from sunset.evaluation.treatments import TimeToCure, cured_rate, fates, times_to_cure
+from sunset.evaluation.treatments import cured_rate, fates
 from sunset.evaluation.webpage import as_html
 from sunset.texts import csv_text
 from sunset.workers import Progress
 
-_PARTS: Final = ("mean", "std", "ci_low", "ci_high", "runs")
 FORMATS: Final = ("table", "latex", "csv", "json", "html")
 
-_LEAD_COLUMNS: Final = (
-    *(f"{name}_{part}" for name in ("score", "harm") for part in _PARTS),
-    *("runs_unpaired", "is_reference", "other", "a12", "p_holm", "told", "runs_needed"),
+_CSV_COLUMNS: Final = (
+    *("source", "suite", "system", "other", "manager", "evidence", "is_reference", "model", "duration_s"),
+    *("bag_looped", "flight", "bag_checksum", "middleware", "task", "version"),
+    *("runs", "runs_invalid", "runs_missing", "runs_unpaired", "runs_failed", "runs_differing"),
+    *("figure", "mean", "std", "ci_low", "ci_high", "figure_runs"),
+    *("pairs_won", "p_holm", "detectable", "runs_needed"),
 )
-"""Columns of the lines that scores and differences have in CSV, beside those of the table."""
 
 
 def render_report(
-    folder: Path, form: str = "table", *, recompute: bool = False, progress: Progress | None = None
+    folder: Path,
+    form: str = "table",
+    *,
+    every: bool = False,
+    recompute: bool = False,
+    progress: Progress | None = None,
 ) -> str:
     """Return the report of all runs below a folder.
 
     Args:
         folder: of one run, of a campaign, or of several.
         form: one of `FORMATS`.
+        every: whether a table or LaTeX has every figure, and not the first page only.
         recompute: compute every figure from the recorded messages instead of reading the stored ones.
         progress: called with (runs that are read, runs in all).
 
@@ -48,25 +53,32 @@ def render_report(
         InvalidInputError: there is no such format.
     """
     runs = load_results(folder, again=recompute, progress=progress)
-    return format_runs(runs, form)
+    return format_runs(runs, form, every=every)
 
 
-def format_runs(runs: Sequence[RunRow], form: str = "table") -> str:
-    """Return the report of runs in one of `FORMATS`; a page has figures.
+def format_runs(runs: Sequence[RunRow], form: str = "table", *, every: bool = False) -> str:
+    """Return the report of runs in one of `FORMATS`; a page has pictures.
+
+    Args:
+        runs: the runs.
+        form: one of `FORMATS`.
+        every: whether a table or LaTeX has every figure, and not the first page only.
 
     Raises:
         InvalidInputError: there is no such format.
     """
     tables = score_tables(runs)
-    charts = report_charts(runs, tables) if form == "html" else ()
-    return format_report(summarise(runs), form, tables, charts)
+    figures = figures_as_html(runs, tables) if form == "html" else ""
+    return format_report(summarise(runs), form, tables, figures, every=every)
 
 
 def format_report(
     rows: Sequence[SystemRow],
     form: str = "table",
     scores: Sequence[ScoreTable] = (),
-    charts: Sequence[Chart] = (),
+    figures: str = "",
+    *,
+    every: bool = False,
 ) -> str:
     """Return the report of a table's rows in one of `FORMATS`.
 
@@ -74,7 +86,8 @@ def format_report(
         rows: those of the table.
         form: one of `FORMATS`.
         scores: what it leads with.
-        charts: the figures of a page.
+        figures: those of a page, as HTML.
+        every: whether a table or LaTeX has every figure, and not the first page only.
 
     Raises:
         InvalidInputError: there is no such format.
@@ -85,26 +98,20 @@ def format_report(
         case "csv":
             return _as_csv(rows, scores)
         case "table":
-            return as_text(arrange(rows, scores))
+            return as_text(arrange(rows, scores, every=every))
         case "latex":
-            return as_latex(arrange(rows, scores))
+            return as_latex(arrange(rows, scores, every=every))
         case "html":
-            return as_html(arrange(rows, scores), figures=charts_as_html(charts) if charts else "")
+            return as_html(arrange(rows, scores, every=True), figures=figures)
     raise InvalidInputError(f"The format of a report must be one of {', '.join(FORMATS)}, got {form!r}.")
 
 
 def _as_json(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
-    published = [
-        {"system": name}
-        | {figure: {"mean": mean, "std": std} for figure, (mean, std) in PUBLISHED[name].items()}
-        for name in published_names(rows)
-    ]
     content: dict[str, object] = {
         "scores": [table.to_json() for table in scores],
         "rows": [_json_row(row) for row in rows],
-        "published": {"source": PUBLISHED_SOURCE, "rows": published},
         "method": METHOD,
-        "notes": arrange(rows, scores).notes,
+        "notes": arrange(rows, scores, every=True).notes,
     }
     if scores:
         content |= {"score_method": SCORE_METHOD, "difference_method": DIFFERENCE_METHOD}
@@ -120,6 +127,7 @@ def _described(row: SystemRow) -> dict[str, object]:
         "model": row.model,
         **row.flight.to_json(),
         "middleware": row.middleware,
+        "task": row.task,
         "version": row.version,
         "runs": row.runs,
     }
@@ -131,7 +139,6 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         **{name: found and found.to_json() for name, found in row.estimates.items()},
         "unresolved_rate": row.unresolved_rate,
         "cured_rate": cured_rate(row),
-        "time_to_cure": {failure: found.to_json() for failure, found in _times(row).items()},
         "fates": {fault: dict(found) for fault, found in fates(row.outcomes).items()},
         "runs_invalid": len(row.invalid),
         "runs_failed": len(row.failed),
@@ -143,99 +150,72 @@ def _json_row(row: SystemRow) -> dict[str, object]:
             {"scenario": run.scenario, "seed": run.seed, "figures": list(run.differing)}
             for run in row.differing
         ],
-        "published": row.published,
-        "by_paper_script": row.by_paper_script and row.by_paper_script.to_json(),
     }
 
 
 def _as_csv(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
-    """Return a line for each score, difference and row, then the paper's; a cell is empty where there is no figure.
+    """Return a line for each figure of each score, difference and row; a cell is empty where there is nothing.
 
-    The column `source` says what a line is: `score`, `difference`, `ours` or `published`.
+    The column `source` says what a line is about: `score`, `difference` or `ours`.
     """
-    head = [
-        "system",
-        "source",
-        "suite",
-        "manager",
-        "model",
-        "duration_s",
-        "bag_looped",
-        "flight",
-        "bag_checksum",
-    ]
-    head += ["middleware", "version", "runs", "runs_invalid", "runs_failed", "runs_differing"]
-    columns = [part for name in FIGURES for part in _parts(name)]
-    failures = sorted({failure for row in rows for failure in _times(row)})
-    names = [*head, *columns, "unresolved_rate", "cured_rate", *map(_time_column, failures), *_LEAD_COLUMNS]
-    lines: list[dict[str, object]] = [line for table in scores for line in _lead_lines(table)]
+    lines = [line for table in scores for line in _lead_lines(table)]
     for row in rows:
-        cells: dict[str, object] = {
-            **_described(row),
+        counts = {
             "source": "ours",
             "runs_invalid": len(row.invalid),
             "runs_failed": len(row.failed),
             "runs_differing": len(row.differing),
-            "unresolved_rate": row.unresolved_rate,
-            "cured_rate": cured_rate(row),
-            **{_time_column(failure): found.mean_s for failure, found in _times(row).items()},
         }
-        for name, found in row.estimates.items():
-            if found is not None:
-                cells |= _cells(name, found)
-        lines.append(cells)
-    for name in published_names(rows):
-        cells = {"system": name, "source": "published"}
-        for figure, pair in PUBLISHED[name].items():
-            cells |= dict(zip(_parts(figure)[:2], pair, strict=True))
-        lines.append(cells)
-    return csv_text([names, *([cells.get(name) for name in names] for cells in lines)])
-
-
-def _times(row: SystemRow) -> Mapping[str, TimeToCure]:
-    return times_to_cure(row.outcomes, row.flight.duration_s)
-
-
-def _time_column(failure: str) -> str:
-    return f"t_cure_{failure}_s"
+        rates = {"unresolved_rate": row.unresolved_rate, "cured_rate": cured_rate(row)}
+        figures = [_cells(name, found) for name, found in row.estimates.items()]
+        figures += [{"figure": name, "mean": rate} for name, rate in rates.items()]
+        lines += [_described(row) | counts | figure for figure in figures if figure["mean"] is not None]
+    return csv_text([_CSV_COLUMNS, *([cells.get(name) for name in _CSV_COLUMNS] for cells in lines)])
 
 
 def _lead_lines(table: ScoreTable) -> Iterator[dict[str, object]]:
     """Give the lines of scores and of differences."""
     for row in table.rows:
-        line = {"system": row.system, "source": "score", "suite": table.suite, "manager": row.manager}
-        yield line | {
+        line: dict[str, object] = {
+            "source": "score",
+            "suite": table.suite,
+            "system": row.system,
+            "manager": row.manager,
+            "evidence": row.evidence,
+            "is_reference": row.is_reference,
             "runs": row.runs,
             "runs_invalid": row.invalid,
-            **_cells("score", row.score),
-            **_cells("harm", row.harm),
+            "runs_missing": row.missing,
             "runs_unpaired": row.unpaired,
-            "is_reference": row.is_reference,
         }
+        yield from (
+            line | _cells(name, found) for name, found in (("score", row.score), ("harm", row.harm)) if found
+        )
     for difference in table.differences:
         line = {
-            "system": difference.first,
             "source": "difference",
             "suite": table.suite,
+            "system": difference.first,
             "other": difference.second,
-        }
-        yield line | {
             "runs": difference.pairs,
-            **_cells("score", difference.score),
-            **_cells("iou_net", difference.iou_net),
-            "a12": difference.a12,
-            "p_holm": difference.p,
-            "told": difference.told,
-            "runs_needed": difference.runs_needed,
         }
+        if difference.score:
+            yield line | _cells("score", difference.score)
+        if difference.utility:
+            yield (
+                line
+                | _cells("utility", difference.utility)
+                | {
+                    "pairs_won": difference.pairs_won,
+                    "p_holm": difference.p,
+                    "detectable": difference.detectable,
+                    "runs_needed": difference.runs_needed,
+                }
+            )
 
 
 def _cells(name: str, found: Estimate | None) -> dict[str, object]:
     if found is None:
-        return {}
-    parts = (found.mean, found.std, found.low, found.high, found.runs)
-    return dict(zip(_parts(name), parts, strict=True))
-
-
-def _parts(name: str) -> tuple[str, ...]:
-    return tuple(f"{name}_{part}" for part in _PARTS)
+        return {"figure": name, "mean": None}
+    ends = {"ci_low": found.low, "ci_high": found.high}
+    return {"figure": name, "mean": found.mean, "std": found.std, **ends, "figure_runs": found.runs}

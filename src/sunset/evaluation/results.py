@@ -12,23 +12,21 @@ from typing import Any, Final
 from msgspec import UNSET, to_builtins
 
 from sunset.errors import RecordError
-from sunset.evaluation.resampling import Cluster
-from sunset.metrics import FaultOutcome, LogFigures, RunMetrics, log_figures, score
+from sunset.evaluation.intervals import Cluster
+from sunset.metrics import Evidence, FaultOutcome, RunMetrics, score
 from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
     RunRecord,
     check_extensions,
-    check_figures,
     differences,
     measured_topics,
-    published_log,
     read_messages,
     read_run,
     stored_figures,
     timeline_of,
 )
-from sunset.system import DURATION_S, degradations_of, suite_size
+from sunset.system import DURATION_S, REPAIR, degradations_of, suite_size
 from sunset.workers import Progress
 
 FIGURES: Final = RunMetrics.names()
@@ -37,8 +35,8 @@ FIGURES: Final = RunMetrics.names()
 _SIMULATED: Final = "sim"
 _RESULTS: Final = frozenset(
     {
-        *("versions", "manager_versions", "start_ns", "metrics", "fault_outcomes", "by_paper_script"),
-        *("valid", "reason", "digest"),
+        *("versions", "manager_versions", "start_ns", "metrics", "fault_outcomes"),
+        *("evidence", "valid", "reason", "digest"),
     }
 )
 """The fields of a record that do not determine its messages, or only through the version."""
@@ -105,20 +103,22 @@ class RunRow:
         suite_size: how many scenarios its suite has; 0 if that is not known.
         digest: of the record's messages.
         metrics: the figures by name; None where there is none to take.
-        outcomes: what became of its faults; None where a run is of a version that did not say so.
+        outcomes: what became of its faults.
+        frames: how many the measured time has.
+        evidence: what its managing system looked at.
         version: of the package that it was run with; empty if it is unknown.
         others: the versions of other packages, those that its managing system imported included, by name.
         recipe: a checksum of everything that determines its messages; empty if time or a failure does, too.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
         computer_kept_up: whether the computer was fast enough, as it always is in the simulation.
+        task: of its managing system, `repair` or `diagnose`.
         thinking_s: what every decision of its managing system took of the experiment's time [s].
         failed: how its managing system failed, in a sentence; empty if it did not.
         missing_walls: which walls around a user's own managing system were missing.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         is_empty: whether it failed as a whole, so that there is no record and no figure.
         differing: the figures that were computed again and are stored otherwise.
-        by_paper_script: what the paper's evaluation script takes from the run; None if that is not known.
     """
 
     folder: Path
@@ -132,11 +132,14 @@ class RunRow:
     digest: str
     metrics: Mapping[str, float | None]
     flight: Flight
-    outcomes: tuple[FaultOutcome, ...] | None = None
+    outcomes: tuple[FaultOutcome, ...] = ()
+    frames: int = 200
+    evidence: Evidence = "symptoms"
     sources: str = ""
     faults: str = ""
     alike: str = ""
     suite_size: int = 0
+    task: str = REPAIR
     thinking_s: float = 0.0
     version: str = ""
     others: Mapping[str, str] = field(default_factory=dict)
@@ -149,12 +152,6 @@ class RunRow:
     warning: str = ""
     is_empty: bool = False
     differing: tuple[str, ...] = ()
-    by_paper_script: LogFigures | None = None
-
-    @property
-    def is_untold(self) -> bool:
-        """Whether a version ran it that did not say what became of the faults, or what mistreating costs."""
-        return self.outcomes is None or self.metrics["adaptations_mistreated"] is None
 
     @property
     def cluster(self) -> Cluster:
@@ -165,7 +162,7 @@ class RunRow:
     def experiment(self) -> tuple[object, ...]:
         """What makes runs of two managing systems a pair.
 
-        The same scenario, model, flight, middleware, thinking time and version; and the seed, which is the last.
+        The same scenario, model, flight, middleware, task, thinking time and version; and the seed, which is the last.
         """
         return (
             self.suite,
@@ -174,6 +171,7 @@ class RunRow:
             self.setting,
             self.flight,
             self.middleware,
+            self.task,
             self.thinking_s,
             self.version,
             self.seed,
@@ -244,7 +242,7 @@ def _check_copy(row: RunRow, known: RunRow) -> None:
     Raises:
         RecordError: something else is stored beside them, so that one of the two was edited.
     """
-    for name in ("scenario", "faults", "model", "seed", "valid", "metrics", "by_paper_script"):
+    for name in ("scenario", "faults", "model", "seed", "valid", "metrics"):
         values = getattr(row, name), getattr(known, name)
         if values[0] != values[1] and None not in values:
             raise RecordError(
@@ -277,21 +275,19 @@ def recompute(folder: Path) -> Mapping[str, float | None]:
     Raises:
         RecordError: the record is missing or damaged.
     """
-    return MappingProxyType(_computed(read_run(folder), folder)[0].to_json())
+    return MappingProxyType(_computed(read_run(folder), folder).to_json())
 
 
-def _computed(run: RunRecord, folder: Path) -> tuple[RunMetrics, LogFigures]:
-    """Return a run's figures, and those of the paper's evaluation script, from its recorded messages."""
+def _computed(run: RunRecord, folder: Path) -> RunMetrics:
+    """Return a run's figures, from its recorded messages."""
     check_extensions(run, folder)
-    messages = read_messages(folder, measured_topics())
-    observed = timeline_of(run, messages)
-    return score(observed), log_figures(published_log(messages, observed))
+    return score(timeline_of(run, read_messages(folder, measured_topics())))
 
 
 def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
-    metrics, outcomes, log, differing = _figures(run, folder, again=again and not run.is_empty)
+    metrics, outcomes, differing = _figures(run, folder, again=again and not run.is_empty)
     extensions = {"extensions": run.extensions} if run.extensions else {}
     return RunRow(
         folder=folder,
@@ -307,7 +303,8 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         computer_kept_up=run.middleware == _SIMULATED or run.computer_kept_up is True,
         metrics=metrics,
         outcomes=outcomes,
-        by_paper_script=log,
+        frames=run.expected_frames,
+        evidence=run.evidence,
         differing=differing,
         version=run.versions.get("sunset", ""),
         others={name: value for name, value in run.versions.items() if name != "sunset"}
@@ -316,6 +313,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds, **extensions}),
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
+        task=run.task,
         thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
         alike=degradations_of(fault.name for fault in run.faults) if run.alike is UNSET else run.alike,
@@ -337,17 +335,13 @@ def _recipe(run: RunRecord) -> str:
 
 def _figures(
     run: RunRecord, folder: Path, *, again: bool
-) -> tuple[Mapping[str, float | None], tuple[FaultOutcome, ...] | None, LogFigures | None, tuple[str, ...]]:
-    """Return a run's figures, what became of its faults, what the paper's script takes, and what of it differs."""
-    log = None if run.by_paper_script is UNSET else run.by_paper_script
+) -> tuple[Mapping[str, float | None], tuple[FaultOutcome, ...], tuple[str, ...]]:
+    """Return a run's figures, what became of its faults, and what of it differs."""
     if not again:
-        outcomes = None if run.fault_outcomes is UNSET else run.fault_outcomes
         figures = stored_figures(run, folder / RUN_FILE)
-        check_figures(figures, run, folder / RUN_FILE)
-        return figures, outcomes, log, ()
-    computed, log_computed = _computed(run, folder)
-    differing = (*differences(run, computed), *["by_paper_script"] * (log not in {None, log_computed}))
-    return MappingProxyType(computed.to_json()), computed.outcomes, log_computed, differing
+        return figures, run.fault_outcomes, ()
+    computed = _computed(run, folder)
+    return MappingProxyType(computed.to_json()), computed.outcomes, differences(run, computed)
 
 
 def _checksum(values: Mapping[str, object]) -> str:

@@ -46,6 +46,7 @@ def run_fields(run: RunRow, folder: Path) -> dict[str, object]:
         "model": run.model,
         **run.flight.to_json(),
         "middleware": run.middleware,
+        "task": run.task,
         "thinking_s": run.thinking_s,
         "version": run.version,
         "valid": run.valid,

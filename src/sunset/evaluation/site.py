@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 
-from sunset.evaluation.chart_page import charts_as_html
+from sunset.evaluation.figure_files import figures_as_html
 from sunset.evaluation.layout import arrange
-from sunset.evaluation.report_charts import report_charts
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import score_tables
 from sunset.evaluation.summary import summarise
@@ -21,8 +20,8 @@ def index_page(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
         pages: folder of a run → its page, relative to this one; those that failed have none.
     """
     tables = score_tables(runs)
-    figures = charts_as_html(report_charts(runs, tables))
-    return as_html(arrange(summarise(runs), tables), _listing(runs, pages), figures)
+    figures = figures_as_html(runs, tables)
+    return as_html(arrange(summarise(runs), tables, every=True), _listing(runs, pages), figures)
 
 
 def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:

@@ -12,45 +12,20 @@ from msgspec.inspect import FloatType, IntType, UnionType, type_info
 
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
-from sunset.evaluation.script_figures import ScriptFigures
 from sunset.evaluation.system_styles import SHIPPED
 from sunset.metrics import FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES
 from sunset.schemas import fields_of
-from sunset.system import DURATION_S
+from sunset.system import REPAIR
 
-PUBLISHED_SOURCE: Final = "Wiedholz et al., SUNSET, RoSE'26, Table 1"
-
-PUBLISHED: Final[Mapping[str, Mapping[str, tuple[float, float]]]] = MappingProxyType(
-    {
-        "none, no faults": MappingProxyType({"iou": (0.47, 0.02)}),
-        "none, F4 and F5": MappingProxyType({"iou": (0.28, 0.08)}),
-        "baseline": MappingProxyType(
-            {
-                "f_resolved_per_adaptation": (0.89, 0.16),
-                "t_react_s": (1.44, 1.32),
-                "redeploys_unnecessary": (2.02, 1.04),
-                "t_down_s": (6.52, 4.67),
-                "iou": (0.30, 0.09),
-            }
-        ),
-    }
-)
-"""The paper's table: managing system → figure → (mean, standard deviation)."""
-
-_PUBLISHED_OF: Final = MappingProxyType(
-    {
-        ("nofault", "none"): "none, no faults",
-        ("degraded", "none"): "none, F4 and F5",
-        ("paper", "baseline"): "baseline",
-    }
-)
 _REFERENCE_FIGURES: Final = (
     "iou",
     "iou_all",
     "miou",
     "frames_without_truth",
 )  # there is no managing system to judge
+PAPER_SUITES: Final = frozenset({"paper", "nofault", "degraded"})
+"""The suites of the paper's table."""
 _SUITES: Final = ("paper", "artifact", "nofault", "degraded")
 _SUITE_LABELS: Final = MappingProxyType(
     {"paper": "", "nofault": ", no faults", "degraded": ", F4 and F5", "": " (own scenarios)"}
@@ -63,9 +38,9 @@ class SystemRow:
 
     Attributes:
         system: what the row is called.
+        task: `repair` or `diagnose`.
         version: of the package that the runs were made with.
         scenarios: the names of those that were run.
-        suite_size: how many there are in the suite; 0 if that is not known.
         seeds: those that were run.
         runs: how many valid runs there are.
         estimates: figure → estimate over the valid runs; None where it is not applicable.
@@ -78,9 +53,7 @@ class SystemRow:
         contradicting: pairs of runs that should have the same messages and do not.
         several: the packages of which the runs had several versions: name → versions.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
-        by_paper_script: the figures of the paper's evaluation script; None if those of a valid run are not known.
         outcomes: what became of the faults of all valid runs; nothing of reference rows.
-        untold: how many of the valid runs do not say that.
     """
 
     system: str
@@ -89,6 +62,7 @@ class SystemRow:
     model: str
     flight: Flight
     middleware: str
+    task: str
     version: str
     scenarios: frozenset[str]
     seeds: frozenset[int]
@@ -103,38 +77,12 @@ class SystemRow:
     contradicting: tuple[tuple[RunRow, RunRow], ...] = ()
     several: Mapping[str, Sequence[str]] = field(default_factory=dict)
     warning: str = ""
-    by_paper_script: ScriptFigures | None = None
     outcomes: tuple[FaultOutcome, ...] = ()
-    untold: int = 0
-    suite_size: int = 0
-
-    @property
-    def published(self) -> str | None:
-        """The name of the paper's row that this one is comparable with; None if there is none."""
-        if self.is_of_other_duration or self.is_of_part:
-            return None
-        return _PUBLISHED_OF.get((self.suite, self.manager))
-
-    @property
-    def is_of_other_duration(self) -> bool:
-        """Whether another time is measured than the paper's."""
-        return self.flight.duration_s != DURATION_S
-
-    @property
-    def is_of_part(self) -> bool:
-        """Whether some scenarios of its suite were not run."""
-        return len(self.scenarios) < self.suite_size
 
     @property
     def is_reference(self) -> bool:
         """Whether it shows what can be had without a managing system, and judges none."""
         return (self.suite, self.manager) in TABLE_REFERENCES
-
-    @property
-    def has_adapted(self) -> bool:
-        """Whether anything was adapted in its runs."""
-        adaptations = self.estimates["adaptations"]
-        return adaptations is not None and adaptations.mean > 0
 
     @property
     def unresolved_rate(self) -> float | None:
@@ -171,18 +119,24 @@ def _limits(name: str) -> tuple[float, float]:
     return (-inf if number.ge is None else number.ge, inf if number.le is None else number.le)
 
 
-def named_groups(rows: Iterable[RunRow], *, by_flight: bool = True) -> list[tuple[str, list[RunRow]]]:
+def named_groups(
+    rows: Iterable[RunRow], *, by_flight: bool = True, name_suite: bool = True
+) -> list[tuple[str, list[RunRow]]]:
     """Return the runs that `summarise` puts into one row, with the row's name.
 
     Args:
         rows: the runs.
         by_flight: whether those on different flights are apart; those of different durations always are.
+        name_suite: whether the name says which suite was run.
     """
     runs = list(rows)
-    groups: dict[tuple[str, str, str, Flight, float, str, str], list[RunRow]] = {}
+    groups: dict[tuple[str, str, str, Flight, str, float, str, str], list[RunRow]] = {}
     for run in sorted(runs, key=_order):
         flight = run.flight if by_flight else replace(run.flight, bag="", name="")
-        key = (run.suite, run.manager, run.model, flight, run.thinking_s, run.middleware, run.version)
+        key = (
+            *(run.suite, run.manager, run.model, flight, run.task, run.thinking_s),
+            *(run.middleware, run.version),
+        )
         groups.setdefault(key, []).append(run)
     names = manager_names({run.manager for run in runs})
     several_models = len({run.model for run in runs}) > 1
@@ -192,16 +146,17 @@ def named_groups(rows: Iterable[RunRow], *, by_flight: bool = True) -> list[tupl
     return [
         (
             names[manager]
-            + _SUITE_LABELS.get(suite, f" ({suite})")
+            + (_SUITE_LABELS.get(suite, f" ({suite})") if name_suite else "")
             + (f" [{model}]" if several_models else "")
             + part_label(group)
             + flight.label(bag=several_bags)
+            + (f" [{task}]" if task != REPAIR else "")
             + (f" [thinking {thinking_s:g} s]" if thinking_s else "")
             + (f" [{middleware}]" if several_middlewares else "")
             + (f" [sunset {version or 'unknown'}]" if several_versions else ""),
             group,
         )
-        for (suite, manager, model, flight, thinking_s, middleware, version), group in groups.items()
+        for (suite, manager, model, flight, task, thinking_s, middleware, version), group in groups.items()
     ]
 
 
@@ -216,12 +171,6 @@ def part_label(group: Sequence[RunRow]) -> str:
     return f" [{run} of {size} scenarios]" if run < size else ""
 
 
-def published_names(rows: Iterable[SystemRow]) -> list[str]:
-    """Return the names of the paper's rows beside which one of these stands, in the paper's order."""
-    shown = {row.published for row in rows}
-    return [name for name in PUBLISHED if name in shown]
-
-
 def _order(run: RunRow) -> tuple[object, ...]:
     """Return what rows are sorted by: references, then suites, then managing systems."""
     pair = (run.suite, run.manager)
@@ -233,6 +182,7 @@ def _order(run: RunRow) -> tuple[object, ...]:
         run.manager,
         run.model,
         run.flight,
+        run.task,
         run.thinking_s,
         run.middleware,
         run.version,
@@ -268,9 +218,9 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         model=first.model,
         flight=first.flight,
         middleware=first.middleware,
+        task=first.task,
         version=first.version,
         scenarios=scenarios_of(group),
-        suite_size=max(run.suite_size for run in group),
         seeds=frozenset(run.seed for run in group),
         runs=len(valid),
         estimates=MappingProxyType(
@@ -285,9 +235,7 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         contradicting=tuple(_contradicting(group)),
         several=_several(group),
         warning=first.warning,
-        outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes or ()),
-        untold=sum(run.is_untold and not is_reference for run in valid),
-        by_paper_script=_by_paper_script(valid),
+        outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes),
     )
 
 
@@ -307,9 +255,3 @@ def _several(runs: Sequence[RunRow]) -> dict[str, list[str]]:
         for name, version in run.others.items():
             found.setdefault(name, set()).add(version)
     return {name: sorted(versions) for name, versions in sorted(found.items()) if len(versions) > 1}
-
-
-def _by_paper_script(runs: Sequence[RunRow]) -> ScriptFigures | None:
-    """Return the figures of the paper's evaluation script; None if there is no run, or those of one are not known."""
-    logs = [run.by_paper_script for run in runs if run.by_paper_script is not None]
-    return ScriptFigures.of(logs) if runs and len(logs) == len(runs) else None

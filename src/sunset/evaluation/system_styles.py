@@ -1,36 +1,41 @@
-"""How managing systems are told apart in figures: the same one looks the same in all of them, in grey too."""
+"""How figures draw managing systems: each in its own colour, marker and dashes, in all of them; in grey, too."""
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from itertools import product
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 from sunset.figures import BLUE, ORANGE
 
 INK: Final = "#1b1b1b"
-"""The colour of text; a page puts its own in its place."""
+PAPER: Final = "#ffffff"
+"""The colours of text and of what is behind it; a page puts its own in their place."""
 
 
-@dataclass(frozen=True, slots=True)
-class Style:
-    """How a managing system is drawn.
-
-    Attributes:
-        colour: of its line and marker.
-        marker: as matplotlib names it.
-        dashes: lengths of dashes and gaps by turns, in widths of the line; empty for a line without gaps.
-    """
+class Style(NamedTuple):
+    """A colour and a marker, as matplotlib names them, and the lengths of dashes and gaps; empty for a whole line."""
 
     colour: str
     marker: str
     dashes: tuple[float, ...]
 
+    @property
+    def points(self) -> dict[str, Any]:
+        """How matplotlib draws points."""
+        edge = {"markeredgecolor": PAPER, "markeredgewidth": 0.6}
+        size = 9 if self.marker == "*" else 6
+        return {"color": self.colour, "marker": self.marker, "markersize": size, "linestyle": "none", **edge}
+
+    @property
+    def curve(self) -> dict[str, Any]:
+        """How matplotlib draws a curve with points on it."""
+        return {**self.points, "linewidth": 1.4, "linestyle": (0, self.dashes) if self.dashes else "-"}
+
 
 SHIPPED: Final[Mapping[str, Style]] = MappingProxyType(
     {
-        "none": Style("#777777", "x", (1, 1.2)),
+        "none": Style("#777777", "X", (1, 1.2)),
         "random": Style("#CC79A7", "v", (2.5, 1.2)),
         "baseline": Style(BLUE, "o", ()),
         "reactive": Style(ORANGE, "s", (5, 1.5)),
@@ -41,10 +46,8 @@ SHIPPED: Final[Mapping[str, Style]] = MappingProxyType(
 """Those that come with SUNSET, from the one that knows least to the one that knows most."""
 
 _COLOURS: Final = ("#56B4E9", "#E69F00", "#8C6BB1", "#A6761D")
-_MARKERS: Final = (("D", (3, 1)), ("P", (4, 1, 1, 1)), ("X", (2, 1)), ("<", (7, 2)), (">", (5, 1, 2, 1)))
-_OTHERS: Final = tuple(
-    Style(colour, marker, dashes) for (marker, dashes), colour in product(_MARKERS, _COLOURS)
-)
+_MARKERS: Final = (("D", (3, 1)), ("P", (4, 1, 1, 1)), ("h", (2, 1)), ("<", (7, 2)), (">", (5, 1, 2, 1)))
+_OTHERS: Final = tuple(Style(colour, *marker) for marker, colour in product(_MARKERS, _COLOURS))
 
 
 def in_order(names: Iterable[str]) -> list[str]:
@@ -65,12 +68,9 @@ def styles(names: Iterable[str]) -> Mapping[str, Style]:
     """
     found: dict[str, Style] = {}
     for name in in_order(names):
-        style = SHIPPED.get(name)
-        if style is None:
-            first = int.from_bytes(hashlib.sha256(name.encode()).digest()[:4])
-            choices = [_OTHERS[(first + step) % len(_OTHERS)] for step in range(len(_OTHERS))]
-            used = set(found.values())
-            markers = {one.marker for one in used}
-            style = min(choices, key=lambda choice: (choice.marker in markers, choice in used))
-        found[name] = style
-    return MappingProxyType(found)
+        first = int.from_bytes(hashlib.sha256(name.encode()).digest()[:4]) % len(_OTHERS)
+        choices = [SHIPPED[name]] if name in SHIPPED else [*_OTHERS[first:], *_OTHERS[:first]]
+        markers = {style.marker for style in found.values()}
+        used = set(found.values())
+        found[name] = min(choices, key=lambda style: (style.marker in markers, style in used))
+    return found

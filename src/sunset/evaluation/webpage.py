@@ -30,18 +30,15 @@ dt { font-weight: 600; } dd { margin: 0 0 .5rem 1.5rem; }
 li { margin-bottom: .35rem; overflow-wrap: anywhere; }
 figure { margin: 0 0 2.5rem; } figcaption h3 { font-size: 1rem; margin-bottom: .25rem; }
 figcaption p { margin: .25rem 0; max-width: 50rem; overflow-wrap: anywhere; } .missing { color: var(--soft); }
-.legend { display: flex; flex-wrap: wrap; gap: .25rem 1.5rem; margin: .75rem 0; overflow-wrap: anywhere; }
-.legend svg { width: 3.5em; height: 1.2em; vertical-align: middle; }
-.panels { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(19rem, 100%), 1fr));
-  gap: 1rem; margin: .75rem 0; }
-.panels svg { width: 100%; max-width: 28rem; height: auto; }
+figure svg { width: 100%; min-width: 42rem; height: auto; }
+figure svg.column { min-width: 21rem; max-width: 33rem; }
 figure pre { overflow: auto; max-height: 20rem; font-size: .8rem; }
 @media print {
   :root { color-scheme: light; --ink: #1b1b1b; --soft: #666; --line: #ccc; --paper: #fff; --band: #f4f6f8; }
   body { max-width: none; margin: 0; padding: 0; font-size: 10pt; } .scroll { overflow: visible; }
   table, tr.confidence > *, tr.published > * { font-size: 8pt; } th, td { padding: .2rem .4rem; }
-  tr, figure, .legend, .panels svg { break-inside: avoid; }
-  h2, h3, figcaption, .legend, dt { break-after: avoid; } details { display: none; }
+  tr, figure { break-inside: avoid; }
+  h2, h3, figcaption, dt { break-after: avoid; } details { display: none; }
 }
 """
 

@@ -167,6 +167,7 @@ def _spec_of(
             timing=Timing(**timing),
             device=stored.device,
             images=images,
+            task=stored.task,
             thinking_s=stored.thinking_s or 0.0,
         ),
     )

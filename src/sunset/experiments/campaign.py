@@ -23,7 +23,7 @@ from sunset.recording import PLAN_VERSION, SCORE_REFERENCES, TABLE_REFERENCES, C
 from sunset.scenarios import Scenario, load_suite, split_hash, suite
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed
-from sunset.system import loaded_extensions
+from sunset.system import REPAIR, loaded_extensions
 from sunset.texts import suggestion
 
 _MOST_REPETITIONS: Final = 1000
@@ -43,7 +43,7 @@ class BenchSpec:
     scenarios: tuple[str, ...] = ()
     """Those of the suite that are run, named with or without the suite; all if empty."""
     references: bool = True
-    """Whether the paper's two reference rows are run too."""
+    """Whether the paper's two reference rows are run too, if the task is to repair."""
     score: bool = True
     """Whether the managing systems that scores are measured between are run too, if none is `external`."""
     managers: tuple[str, ...] = ("none", "baseline")
@@ -102,7 +102,8 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         InvalidInputError: a scenario is not of the suite, or two runs differ by case only.
     """
     chosen = _chosen(spec)
-    groups = [(suite(name), manager) for name, manager in TABLE_REFERENCES] if spec.references else []
+    of_paper = spec.references and spec.settings.task == REPAIR
+    groups = [(suite(name), manager) for name, manager in TABLE_REFERENCES] if of_paper else []
     groups += [(chosen, manager) for manager in (*spec.managers, *added_managers(spec))]
     flights = [dataclasses.replace(spec.settings, flight=flight) for flight in parse_flights(spec.flights)]
     runs = (
@@ -210,6 +211,7 @@ def describe_campaign(
         },
         middleware=spec.settings.middleware,
         speed=spec.settings.speed,
+        task=spec.settings.task,
         thinking_s=spec.settings.thinking_s,
         versions=versions(),
         extensions={extension.name: extension.checksum for extension in loaded_extensions()},

@@ -185,7 +185,8 @@ class LiveSystem:
         names = [*self._managed, *SURROUNDING]
         if spec.scenario.faults or not self._lasts:
             names.append(SCENARIO_EXECUTOR)
-        specs = {name: spec_of(node=name) for name in names}
+        faults = [fault.name for fault in spec.scenario.faults]
+        specs = {name: spec_of(node=name, faults=faults) for name in names}
         if spec.manager != EXTERNAL:
             known = known_scenario(spec, resources)
             specs[MANAGER_PROCESS] = spec_of(

@@ -21,6 +21,7 @@ from sunset.interfaces.stamps import stamp_of
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing import ORACLE, Oracle
+from sunset.metrics import Evidence
 from sunset.names import base_name, ros_text
 from sunset.recording.logs import ROSOUT
 from sunset.rmw.core.port import EndpointKind, RequestId
@@ -30,6 +31,7 @@ from sunset.ros.lifecycle import TRANSITIONS, TransitionCallbackReturn
 from sunset.ros.parameter import parameter_value_to_python
 from sunset.system import (
     COMMANDS_TOPIC,
+    DIAGNOSE,
     DIAGNOSTICS_TOPIC,
     FAULT_ENDS_TOPIC,
     HARNESS,
@@ -40,6 +42,7 @@ from sunset.system import (
     OFF_LIMITS_TOPICS,
     PARAMETER_EVENTS_TOPIC,
     PARAMETER_TOPICS,
+    REPAIR,
     current_system,
     full_name,
     short_name,
@@ -93,9 +96,18 @@ class Observer(Tap):
         sink: gets every message, in the order in which it left its publisher.
         shown: topics with the truth that the node of the managing system may read; others must not.
         viewers: full names of nodes that may subscribe to everything, but not publish or call.
+        task: the managing system's; adaptations break a rule where it is to diagnose.
     """
 
-    def __init__(self, sink: Sink, *, shown: Collection[str] = (), viewers: Collection[str] = ()) -> None:
+    def __init__(
+        self,
+        sink: Sink,
+        *,
+        shown: Collection[str] = (),
+        viewers: Collection[str] = (),
+        task: str = REPAIR,
+    ) -> None:
+        self._task = task
         self._sink = sink
         self._shown = shown
         self._viewers = viewers
@@ -106,6 +118,8 @@ class Observer(Tap):
         self._own_services = tuple(f"{node}/" for node in sorted(self._system.all_nodes))
         self._pending: dict[tuple[str, RequestId], Command] = {}
         """Requests that are not answered yet, also those of the experiment's own clients."""
+        self.evidence: Evidence = "symptoms"
+        """What the managing system looked at: images, if one of its nodes subscribed to them."""
         self.commands = 0
         """How many requests of the managing system reached the managed one."""
         self._violations: dict[str, None] = {}
@@ -147,6 +161,8 @@ class Observer(Tap):
             self.note(f"{node} subscribes to {name}, on which the managed system does not publish")
         if node in self._system.all_nodes:
             return
+        if subscribes and name in self._system.publishers:
+            self.evidence = "images"
         is_shown = node == _ORACLE_NODE and name in self._shown
         if subscribes and name in OFF_LIMITS_TOPICS and not is_shown:
             self.note(f"{node} subscribes to {name}, which carries the truth")
@@ -204,6 +220,8 @@ class Observer(Tap):
         self._note_violations(client, server, request)
         if command is None:
             return
+        if self._task == DIAGNOSE and client not in INFRASTRUCTURE:
+            self.note(f"{client} calls {service}, and the task is to diagnose, without adaptations")
         command.stamp = stamp_of(time_ns)
         command.client = client
         command.service = service

@@ -4,9 +4,9 @@ from typing import cast
 
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
-from sunset.managing import ORACLE, KnownFault, KnownScenario
+from sunset.managing import ORACLE, KnownFault, KnownScenario, UnlistedFault
 from sunset.seeding import drawn_seed, generator
-from sunset.system import BAG_PLAYER, Value, current_system
+from sunset.system import BAG_PLAYER, Fault, Value, current_system, unlisted
 
 Parameters = dict[str, Value]
 
@@ -18,6 +18,7 @@ def manager_parameters(spec: RunSpec, resources: Resources) -> Parameters:
         "entropy_threshold": card.entropy_threshold,
         "sharpness_threshold": card.sharpness_threshold,
         "manager_seed": drawn_seed(spec.seed, "manager"),
+        "task": spec.settings.task,
     }
     return parameters | ({"thinking": spec.settings.thinking_s} if spec.settings.thinking_s else {})
 
@@ -39,10 +40,20 @@ def known_scenario(spec: RunSpec, resources: Resources) -> KnownScenario | None:
             on=fault.profile.on or 0.0,
             off=fault.profile.off or 0.0,
             brings=fault.name in causes,
+            unlisted=_unlisted(fault.fault),
         )
         for fault in faults
     ]
     return KnownScenario(faults=tuple(known), duration_s=spec.timing.duration_s)
+
+
+def _unlisted(fault: Fault) -> UnlistedFault | None:
+    """Return what the oracle's process must be told of a fault, whose catalogue may not list it."""
+    if fault not in unlisted().faults:
+        return None
+    return UnlistedFault(
+        failure=fault.failure, node=fault.node, parameter=fault.parameter, kind=fault.kind, cures=fault.cures
+    )
 
 
 def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters]:

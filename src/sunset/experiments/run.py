@@ -26,21 +26,20 @@ from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import Command, FaultInjection
 from sunset.isolation import Watch
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
-from sunset.metrics import RunMetrics, Timeline, log_figures, score
+from sunset.metrics import Evidence, RunMetrics, Timeline, score
 from sunset.recording import (
     RecordedMessage,
     RecordWriter,
     RunRecord,
     StoredRun,
     log_of,
-    published_log,
     told_topics,
 )
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
 from sunset.scenarios import Scenario
 from sunset.source_files import package_version
-from sunset.system import current_system, degradations_of, short_name, suite_size
+from sunset.system import current_system, degradations_of, short_name, suite_size, system_with
 
 _AT_ONCE_S: Final = 0.1
 """Faults that are due when the measured time begins are injected by then."""
@@ -110,10 +109,10 @@ def run_prepared(
                 manager_checksum=outcome.manager_checksum,
                 manager_versions=outcome.manager_versions or UNSET,
                 manager_failed=outcome.failure or None,
+                evidence=outcome.evidence,
                 start_ns=outcome.start_ns,
                 metrics=figures.to_json(),
                 fault_outcomes=figures.outcomes,
-                by_paper_script=log_figures(published_log(messages, observed)),
                 computer_kept_up=not shortfall if spec.settings.live else UNSET,
                 frames_lost=frames_lost,
                 valid=not reasons,
@@ -182,6 +181,7 @@ class _Outcome:
             simulation it always can.
         failure: how the managing system has failed, in a sentence; empty if it has not.
         manager_versions: of the distributions that the managing system imported when it was loaded.
+        evidence: what the managing system looked at.
     """
 
     start_ns: int
@@ -190,6 +190,7 @@ class _Outcome:
     shortfall: Callable[[Timeline], tuple[str, int | UnsetType]] = lambda _: ("", UNSET)
     failure: str = ""
     manager_versions: Mapping[str, str] = field(default_factory=dict)
+    evidence: Evidence = "symptoms"
 
 
 def _run_simulated(
@@ -213,11 +214,17 @@ def _run_simulated(
         check_name(f"/{manager.loaded.node_name}", spec.manager)
 
         def run_isolated(watch: Watch) -> dict[str, object]:
-            observer = Observer(writer, shown=shown_topics(spec.manager))
-            start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
+            with system_with(fault.name for fault in spec.scenario.faults):
+                observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
+                start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
             manager.end()
             writer.hand_over()
-            return {"start_ns": start_ns, "violations": observer.violations, "failure": failure}
+            return {
+                "start_ns": start_ns,
+                "violations": observer.violations,
+                "failure": failure,
+                "evidence": observer.evidence,
+            }
 
         found = manager.checksum()
         _check_same(spec.manager, found, known)
@@ -231,6 +238,7 @@ def _run_simulated(
         found,
         failure=str(told["failure"]),
         manager_versions=manager.imported_versions(),
+        evidence=told["evidence"],
     )
 
 
@@ -240,10 +248,13 @@ def _run_live(
     from sunset.experiments import live_run  # noqa: PLC0415  needs an optional extra
 
     frames = live_run.FrameCount()
-    observer = Observer(writer, shown=shown_topics(spec.manager), viewers=spec.settings.viewers)
     found, imported = checksum_and_versions(spec.manager, spec.settings)
     _check_same(spec.manager, found, known)
-    start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
+    with system_with(fault.name for fault in spec.scenario.faults):
+        observer = Observer(
+            writer, shown=shown_topics(spec.manager), viewers=spec.settings.viewers, task=spec.settings.task
+        )
+        start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
     _check_same(spec.manager, manager_checksum(spec.manager, spec.settings), found)
 
     def shortfall(timeline: Timeline) -> tuple[str, int]:
@@ -258,6 +269,7 @@ def _run_live(
         shortfall,
         failure,
         imported,
+        observer.evidence,
     )
 
 
@@ -308,6 +320,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         warm_up_s=timing.warm_up_s,
         duration_s=timing.duration_s,
         period_s=timing.period_s,
+        task=settings.task,
         thinking_s=settings.thinking_s or UNSET,
         expected_frames=timing.expected_frames,
         entropy_threshold=card.entropy_threshold,

@@ -14,7 +14,15 @@ from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario, problems, suite_of
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed, generator
-from sunset.system import PERIOD_S, LoadedExtension, is_topic_name, load_extension, loaded_extensions
+from sunset.system import (
+    PERIOD_S,
+    REPAIR,
+    TASKS,
+    LoadedExtension,
+    is_topic_name,
+    load_extension,
+    loaded_extensions,
+)
 from sunset.texts import shown
 
 MIDDLEWARES: Final = tuple(BACKENDS)
@@ -150,6 +158,8 @@ class Settings:
     """Names of the user's environment variables that the managing system gets; their values are stored nowhere."""
     thinking_s: Annotated[float, Meta(ge=0, le=_DURATIONS_S[1], title="time to think [s]")] = 0.0
     """Time of the experiment that passes between a decision of the managing system and its adaptations."""
+    task: str = REPAIR
+    """One of `TASKS`."""
     middleware: str = SIMULATED
     """One of `BACKENDS`."""
     speed: Annotated[float, Meta(ge=0.01, le=100, title="rate of a live run")] = 1.0
@@ -167,6 +177,8 @@ class Settings:
         if self.middleware not in MIDDLEWARES:
             known = " or ".join(MIDDLEWARES)
             raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
+        if self.task not in TASKS:
+            raise InvalidInputError(f"The task must be {' or '.join(TASKS)}, got {shown(self.task)}.")
         if self.bag is not None and self.flight is not None:
             raise InvalidInputError(
                 f"A run has one flight, got the bag {self.bag} and the flight {self.flight.name}: leave one out."

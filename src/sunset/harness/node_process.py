@@ -26,7 +26,15 @@ from sunset.rmw.core.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.ros.signals import install_signal_handlers
 from sunset.shortage import complaint
-from sunset.system import HARNESS, MANAGING_SYSTEM, Value, current_system, load_extension, loaded_extensions
+from sunset.system import (
+    HARNESS,
+    MANAGING_SYSTEM,
+    Value,
+    current_system,
+    load_extension,
+    loaded_extensions,
+    system_with,
+)
 
 MANAGER_FAILED: Final = 3
 """The exit code of a process whose managing system behind walls has failed; its last line says how."""
@@ -83,6 +91,8 @@ class NodeSpec:
     """What follows `--ros-args`."""
     extensions: Sequence[str] = field(default_factory=_loaded)
     """What the managed system is extended by: what is loaded when this is made."""
+    faults: Sequence[str] = ()
+    """Those that a managed node may be given, where the catalogue does not list them all."""
 
     def __post_init__(self) -> None:
         names = node_names()
@@ -205,7 +215,8 @@ def _main(text: str) -> int:
             load_extension(extension)
         spec = NodeSpec(**fields)
         setproctitle(f"sunset node {spec.node}")
-        failure = run_node(spec)
+        with system_with(spec.faults):
+            failure = run_node(spec)
     except Exception as error:
         sentence = complaint(error)
         if not sentence:

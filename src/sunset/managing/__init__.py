@@ -5,7 +5,7 @@ from sunset.managing.baseline import Baseline
 from sunset.managing.command import PREFIX, parse_command
 from sunset.managing.diagnosing import Diagnosing
 from sunset.managing.greeting import PROTOCOL
-from sunset.managing.known import KnownFault, KnownScenario
+from sunset.managing.known import KnownFault, KnownScenario, UnlistedFault
 from sunset.managing.loading import (
     checksum,
     contents_checksum,
@@ -46,6 +46,7 @@ __all__ = [
     "RandomAdaptation",
     "Reactive",
     "Symptoms",
+    "UnlistedFault",
     "Waits",
     "Wiring",
     "checksum",

@@ -26,6 +26,7 @@ from sunset.system.vocabulary import (
     BLACKBOARD_TOPIC,
     DIAGNOSIS_TOPIC,
     MANAGING_SYSTEM,
+    REPAIR,
     Value,
     full_name,
     node_names,
@@ -71,6 +72,7 @@ class ManagingSystem(Node):
             threshold in an experiment.
         period: seconds between two calls of `adapt`; read once, at the start. It is 0.2 in every experiment, and an
             attribute `period` of the class does not change it.
+        task: `repair`; or `diagnose`, in which all adaptations are refused; read once, at the start.
         thinking: seconds that every decision to adapt takes, as of `think`; read once, at the start, and there only
             where it is given.
     """
@@ -113,6 +115,7 @@ class ManagingSystem(Node):
         self.__blackboard: dict[str, Value] = {}
         self.__callers: dict[str, AnyClient] = {}
         self.__diagnoses: Publisher[Diagnosis] | None = None
+        self.__may_adapt = self.declare_parameter("task", REPAIR).value == REPAIR
         self.__charge_s = self.__declare_thinking() if "thinking" in self._parameter_overrides else 0.0
         self.__charged = False  # for the decision that is being thought of
         self.__thought: Timer | None = None
@@ -147,7 +150,7 @@ class ManagingSystem(Node):
 
     @property
     def greeting(self) -> dict[str, Any]:
-        """What a program gets as its first line: nodes, signals with thresholds, adaptations, boot times, the seed."""
+        """What a program gets as its first line: nodes, signals with thresholds, adaptations, the task, the seed."""
         given = {name: parameter.value for name, parameter in self._parameter_overrides.items()}
         return make_greeting(
             cast("float", self.get_parameter("period").value),
@@ -218,13 +221,10 @@ class ManagingSystem(Node):
         """
         result: Future[bool] = Future()
 
-        def activated(deactivation: bool, activation: Future[bool]) -> None:
-            result.set_result(deactivation and activation.result() is True)
-
         def deactivated(deactivation: Future[bool]) -> None:
             outcome = deactivation.result() is True
             activation = self.__transition(node, Transition.TRANSITION_ACTIVATE, "activate", at_once=True)
-            activation.add_done_callback(lambda activation: activated(outcome, activation))
+            activation.add_done_callback(lambda done: result.set_result(outcome and done.result() is True))
 
         self.deactivate(node).add_done_callback(deactivated)
         return result
@@ -374,6 +374,10 @@ class ManagingSystem(Node):
     ) -> Future[bool]:
         """Call a service, `at_once` where an earlier call asks for it; the future has the outcome of its response."""
         result: Future[bool] = Future()
+        if not self.__may_adapt:
+            self.get_logger().warning(f"{name} is not called: the task is to diagnose, without adaptations.")
+            result.set_result(False)
+            return result
 
         def answered(done: Future[Any]) -> None:
             self.__acted = False  # a coroutine that has waited for it decides anew

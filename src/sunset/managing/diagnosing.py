@@ -12,6 +12,7 @@ from sunset.managing.symptoms import Symptoms
 from sunset.managing.watching import NEW_FRAMES_S, PASSING_S, Watch
 from sunset.managing.wiring import Wiring
 from sunset.system.vocabulary import (
+    REPAIR,
     Adaptation,
     AdaptationKind,
     Failure,
@@ -85,9 +86,11 @@ class Diagnosing(ManagingSystem):
         self.in_place: dict[str, dict[Setting, Value]] = {}  # fault → what works around it
         self.is_looking, self.look_s, self.next_look_s, self.level = False, _FIRST_LOOK_S, 0.0, 0.0
         self.last_s, self.told = self.now_s, dict[str, float]()
+        self.suspected: dict[str, float] = {}  # fault → its probability before its cure is tried now
+        self.may_adapt = self.greeting["task"] == REPAIR
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Treat the failures that show, and say what it believes."""
+        """Treat the failures that show, and say what it believes: of what it tries to cure, what it believed before."""
         self.symptoms = symptoms
         self.belief.forget(self.now_s - self.last_s)
         self.last_s = self.now_s
@@ -98,7 +101,9 @@ class Diagnosing(ManagingSystem):
         for failure in self.failures.values():
             self.treat(failure)
         self.configuration.want(self.wanted(), symptoms)
-        told = {name: round(self.belief.probability(name), 2) for name in self.faults}
+        believed = {name: self.belief.probability(name) for name in self.faults} | self.suspected
+        told = {name: round(probability, 2) for name, probability in believed.items()}
+        self.suspected = {}
         if told != self.told:
             self.told = told
             self.diagnose(told)
@@ -161,6 +166,9 @@ class Diagnosing(ManagingSystem):
         suspects = [fault for fault in faults if fault.name not in self.in_place and self.is_possible(fault)]
         names = [fault.name for fault in suspects]
         self.belief.suspect(failure.name, names)
+        self.suspected |= {name: self.belief.probability(name) for name in names}
+        if not self.may_adapt:
+            return
         options = list(self.releases(faults))
         if failure.topic or self.belief.is_plausible(names):
             options += self.cures(suspects)

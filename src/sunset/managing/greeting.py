@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from sunset.system.vocabulary import (
+    REPAIR,
     Adaptation,
     Signal,
     described_nodes,
@@ -21,7 +22,7 @@ def make_greeting(period_s: float, parameters: Mapping[str, object]) -> dict[str
 
     Args:
         period_s: seconds between two decisions.
-        parameters: of the managing system: the thresholds of signals, and `manager_seed`.
+        parameters: of the managing system: the thresholds of signals, `task` and `manager_seed`.
     """
     nodes = [
         {
@@ -39,8 +40,8 @@ def make_greeting(period_s: float, parameters: Mapping[str, object]) -> dict[str
         "signals": [_described_signal(signal, parameters) for signal in described_signals()],
         "adaptations": [_described_adaptation(offered) for offered in offered_adaptations()],
     }
-    seed = parameters.get("manager_seed", 0)
-    return {"protocol": PROTOCOL, "system": system, "period": period_s, "seed": seed}
+    task, seed = parameters.get("task", REPAIR), parameters.get("manager_seed", 0)
+    return {"protocol": PROTOCOL, "system": system, "task": task, "period": period_s, "seed": seed}
 
 
 def _described_signal(signal: Signal, parameters: Mapping[str, object]) -> dict[str, object]:

@@ -3,7 +3,26 @@
 from dataclasses import dataclass
 from typing import Final
 
-from sunset.system.vocabulary import Value
+from sunset.system.vocabulary import Adaptation, Fault, FaultKind, Value, described_faults
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnlistedFault:
+    """A fault that the catalogue of the managing system's process does not list.
+
+    Attributes:
+        failure: the name of the failure that it shows as first.
+        node: the node that it is injected into.
+        parameter: the parameter that injects it.
+        kind: where it lives.
+        cures: each entry is a set of adaptations that cure it together.
+    """
+
+    failure: str
+    node: str
+    parameter: str
+    kind: FaultKind
+    cures: tuple[tuple[Adaptation, ...], ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,6 +39,7 @@ class KnownFault:
         on: how long it is there each time, if it comes and goes [s]; 0 if it does not.
         off: how long it is away after that [s].
         brings: whether another fault follows it.
+        unlisted: what it is, if the catalogue does not list it.
     """
 
     name: str
@@ -31,6 +51,24 @@ class KnownFault:
     on: float = 0.0
     off: float = 0.0
     brings: bool = False
+    unlisted: UnlistedFault | None = None
+
+    @property
+    def fault(self) -> Fault:
+        """What it is."""
+        if self.unlisted is None:
+            return described_faults()[self.name]
+        one = self.unlisted
+        return Fault(
+            name=self.name,
+            failure=one.failure,
+            node=one.node,
+            parameter=one.parameter,
+            value=self.value,
+            kind=one.kind,
+            cures=one.cures,
+            description="",
+        )
 
     def strength(self, age_s: float) -> Value:
         """Return how strong it is so many seconds after it has come, in steps of a tenth of its growth."""

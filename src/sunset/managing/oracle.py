@@ -22,7 +22,6 @@ from sunset.system.vocabulary import (
     FaultKind,
     Value,
     described_failures,
-    described_faults,
     described_nodes,
     full_name,
 )
@@ -63,6 +62,7 @@ class Oracle(ManagingSystem):
     - While the camera is away or boots, the fusion takes the depth image alone, and the other way round.
     - What works around a fault of the world is undone when that is over. The enhancement undoes the strength that the
       degradation has, if it is told so.
+    - Its diagnosis is the truth.
 
     Args:
         scenario: the scenario of the run, which the harness gives to this class and to no other.
@@ -99,12 +99,14 @@ class Oracle(ManagingSystem):
             return
         if not known.follows:
             self.start_s = min(self.start_s, onset_s - known.at)
-        self.present[injection.fault] = _Present(described_faults()[injection.fault], known, onset_s)
+        self.present[injection.fault] = _Present(known.fault, known, onset_s)
+        self.diagnose(dict.fromkeys(self.present, 1.0))
         self.adapt(self.symptoms)
 
     def on_end(self, end: FaultEnd) -> None:
         """Take note of a fault that is over."""
         self.present.pop(end.fault, None)
+        self.diagnose(dict.fromkeys(self.present, 1.0))
         if not self.scenario.brings(
             self.now_s - self.start_s
         ):  # else what comes now may need what would be set back

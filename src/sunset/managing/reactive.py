@@ -1,12 +1,15 @@
 """A managing system that looks for causes: a readable example, and better than the baseline."""
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Final
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
+from sunset.managing.thresholds import Thresholds
 from sunset.managing.waits import Waits
 from sunset.managing.wiring import Wiring
+from sunset.system.vocabulary import described_failures, described_faults, full_name
 
 _RESTART_S: Final = 0.5
 """Time until a restarted node would send again."""
@@ -30,11 +33,13 @@ class Reactive(ManagingSystem):
     - *Blurred images*: the camera focuses.
     - *Unsure segmentation*: four causes look the same. It tries one cure after the other, the cheapest first. One that
       lowers the entropy is kept, another is undone.
+
+    Its diagnosis names the faults of each failure that shows, all as probable.
     """
 
     def on_start(self) -> None:
         """Start with nothing done and nothing to wait for."""
-        self.wiring, self.waits = Wiring(), Waits(self)
+        self.wiring, self.waits, self.thresholds = Wiring(), Waits(self), Thresholds(self)
         self.restarted = ""
         self.trial = 0
         self.undo: Callable[[], object] | None = None
@@ -43,6 +48,7 @@ class Reactive(ManagingSystem):
     def adapt(self, symptoms: Symptoms) -> None:
         """Answer each of the three kinds of symptoms, unless the last answer to it has still to show."""
         silent = self.wiring.first_silent(symptoms)
+        self.diagnose(self.suspects(silent, symptoms))
         if silent:
             self.waits.start("trial", _ENTROPY_S)  # the entropy is that of old frames
         if self.waits.over("repair"):
@@ -53,6 +59,21 @@ class Reactive(ManagingSystem):
             self.waits.start("trial", _FOCUS_S)
         if self.waits.over("trial"):
             self.judge(symptoms)
+
+    def suspects(self, silent: str, symptoms: Symptoms) -> dict[str, float]:
+        """Return the faults of the failures that show, with their probabilities."""
+        faults = list(described_faults().values())
+        showing = [
+            failure.name
+            for failure in described_failures().values()
+            if (
+                silent == self.wiring.publisher[full_name(failure.topic)]
+                if failure.topic
+                else self.thresholds.is_beyond(failure.signal, symptoms)
+            )
+        ]
+        counts = Counter(fault.failure for fault in faults)
+        return {fault.name: 1 / counts[fault.failure] for fault in faults if fault.failure in showing}
 
     def repair(self, node: str) -> None:
         """Restart the node that is silent, or redeploy it if that was no help; do nothing if none is."""

@@ -37,7 +37,7 @@ class Watch:
         self._symptoms = Symptoms({})
         self._repaired: set[str] = set()  # topics whose nodes are under repair
         self._asked_s: dict[str, float] = {}  # topic → from then on its node must have sent something
-        self._clear_s = 0.0  # from then on signals are of new frames
+        self._clear_s: dict[str, float] = {}  # signal → from then on it is of new frames
         self._modality: Value | None = None
 
     def see(self, symptoms: Symptoms) -> None:
@@ -46,7 +46,7 @@ class Watch:
         self._silence.see(symptoms)
         if self._modality != self._configuration.get(MODALITY):
             self._modality = self._configuration.get(MODALITY)
-            self._clear_s = self._manager.now_s + NEW_FRAMES_S
+            self._clear_s = dict.fromkeys(self._nodes, self._manager.now_s + NEW_FRAMES_S)
 
     def begin_repair(self, topic: str) -> None:
         """Take note that a topic's node is repaired: only what it loses from now on counts."""
@@ -78,10 +78,9 @@ class Watch:
 
     def _is_beyond(self, name: str) -> bool | None:
         if any(map(self._lacks, self._wiring.topics_until(self._nodes[name]))):
-            self._clear_s = self._manager.now_s + NEW_FRAMES_S
-        return (
-            None if self._manager.now_s < self._clear_s else self._thresholds.is_beyond(name, self._symptoms)
-        )
+            self._clear_s[name] = self._manager.now_s + NEW_FRAMES_S
+        is_clear = self._manager.now_s >= self._clear_s.get(name, 0.0)
+        return self._thresholds.is_beyond(name, self._symptoms) if is_clear else None
 
     def _lacks(self, topic: str) -> bool:
         """Return whether a topic may be silent, and the pipeline is not set to work without it."""

@@ -61,6 +61,12 @@ class ExecutedAdaptation:
         return " and ".join([first, *(step.removeprefix("set ") for step in others)])
 
     @property
+    def parts(self) -> "tuple[ExecutedAdaptation, ...]":
+        """An adaptation for each parameter that one call sets; any other adaptation as it is."""
+        pairs = zip(self.parameters, self.values, strict=True)
+        return tuple(replace(self, parameters=(name,), values=(value,)) for name, value in pairs) or (self,)
+
+    @property
     def steps(self) -> tuple[str, ...]:
         """In words, each of the parameters that it sets at once; or all that it does."""
         if not self.parameters:

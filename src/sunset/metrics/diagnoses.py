@@ -1,73 +1,134 @@
-"""How right the diagnoses of a managing system were, against the faults that were there."""
+"""How right the diagnoses of a managing system were, in levels: a fault is there, its node, the fault itself."""
 
 import itertools
+import math
 from bisect import bisect_right
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Final, NamedTuple
 
+from sunset.metrics.limits import Amount, Count, Share
 from sunset.metrics.timeline import Injection, Timeline
-from sunset.system import SILENCE_S
+from sunset.names import base_name
+from sunset.system import current_system
 
 SURE: Final = 0.5
-"""A diagnosis names the faults whose probability is at least this."""
+"""A diagnosis says that a fault is there if the probability of that is at least this."""
+WINDOW_S: Final = 8.0
+"""A fault counts as diagnosed only within this time from its onset [s]."""
+LEVELS: Final = ("detected", "located", "identified", "top1")
 
 
-@dataclass(frozen=True, slots=True)
-class DiagnosisFigures:
-    """How right diagnoses were.
+class DiagnosisFigures(NamedTuple):
+    """The figures of a run's diagnoses, as `docs/metrics.md` defines them; a run without any names nothing.
 
     Attributes:
-        precision: of the time that faults were named, added up over them, the share in which they were there; None if
-            none was named.
-        recall: of the time that faults were there, added up likewise, the share in which they were named; None if none
-            was there.
-        right: of each fault, from when on the diagnosis first named all faults that were there, this one among them,
-            and no other [s], for a second or for as long as the same faults were there; None if it never did.
+        diagnoses: how many diagnoses were published until the end of the run.
+        faults_detected: faults of which diagnoses said, up to the end of their window, that there is a fault.
+        faults_located: faults of which they said so that there is a fault of their node.
+        faults_identified: faults of which they said so that they are there.
+        faults_top1: faults that they had so among the k most probable, of k faults that were there.
+        t_detected_s: mean over detected faults, from the onset to the first such diagnosis [s]; None if there is none.
+        t_located_s: likewise, of located faults.
+        t_identified_s: likewise, of identified faults.
+        false_alarms: how often a diagnosis began to say that there is a fault while there was none.
+        faultless_s: time without a fault [s].
+        brier: mean over time and over the faults of the catalogue of (probability − there)², in [0, 1].
     """
 
-    precision: float | None
-    recall: float | None
-    right: tuple[float | None, ...]
+    diagnoses: Count
+    faults_detected: Count
+    faults_located: Count
+    faults_identified: Count
+    faults_top1: Count
+    t_detected_s: Amount | None
+    t_located_s: Amount | None
+    t_identified_s: Amount | None
+    false_alarms: Count
+    faultless_s: Amount
+    brier: Share
 
 
-def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> DiagnosisFigures | None:
-    """Return how right the diagnoses of a run were; None if none was published until its end.
+def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> DiagnosisFigures:
+    """Return the figures of a run's diagnoses.
 
-    A diagnosis holds until the next one; before the first, nothing is named. Counted is the time from 0 to the end. A
-    fault that lives in the world is there until it heals, also while it is worked around.
+    A diagnosis holds until the next one; before the first, all probabilities are 0.
+
+    Args:
+        timeline: of the run.
+        faults: those that came, each time that they came.
     """
-    diagnoses = [diagnosis for diagnosis in timeline.diagnoses if diagnosis.time < timeline.duration_s]
-    if not diagnoses:
-        return None
-    moments = {0.0, timeline.duration_s}
-    moments |= {diagnosis.time for diagnosis in diagnoses} | {fault.time for fault in faults}
-    moments |= {fault.ended for fault in faults if fault.ended is not None}
-    named_s = there_s = both_s = 0.0
-    right: dict[int, float] = {}
-    changes = {moment for fault in faults for moment in (fault.time, fault.ended)} | {timeline.duration_s}
-    since: float | None = None
-    edges = sorted(moment for moment in moments if 0 <= moment <= timeline.duration_s)
-    times = [diagnosis.time for diagnosis in diagnoses]
-    for start, stop in itertools.pairwise(edges):
-        place = bisect_right(times, start)
-        latest = diagnoses[max(0, place - 1) : place]
-        named = {
-            name for diagnosis in latest for name, sure in diagnosis.probabilities.items() if sure >= SURE
-        }
-        present = [place for place, fault in enumerate(faults) if fault.is_there(start)]
-        there = {faults[place].fault for place in present}
-        named_s += len(named) * (stop - start)
-        there_s += len(there) * (stop - start)
-        both_s += len(named & there) * (stop - start)
-        if start in changes or named != there:
-            since = None
-        if named == there:
-            since = start if since is None else since
-            if stop in changes or stop - since >= SILENCE_S:  # who names all in turn has not found it out
-                right = dict.fromkeys(present, since) | right
+    catalogue = current_system().faults
+    delays: list[dict[str, float]] = [{} for _ in faults]  # of each level that a fault reached
+    alarms, faultless_s, squares, is_alarmed = 0, 0.0, 0.0, False
+    for start, stop, named in _stretches(timeline, faults):
+        there = {fault.fault for fault in faults if fault.is_there(start)}
+        squares += (stop - start) * sum((named.get(name, 0.0) - (name in there)) ** 2 for name in catalogue)
+        was_alarmed, is_alarmed = is_alarmed, _says(named.values())
+        if not there:
+            faultless_s += stop - start
+            alarms += is_alarmed and not was_alarmed
+        for fault, delay in zip(faults, delays, strict=True):
+            if fault.is_there(start) and start < fault.time + WINDOW_S:
+                reached = set(_levels(fault, named, len(there)))
+                for level in LEVELS:  # who names all in turn has not found it out
+                    if level in reached:
+                        delay.setdefault(level, start - fault.time)
+                    else:
+                        delay.pop(level, None)
+    found = {level: [delay[level] for delay in delays if level in delay] for level in LEVELS}
     return DiagnosisFigures(
-        precision=min(1.0, both_s / named_s) if named_s else None,
-        recall=min(1.0, both_s / there_s) if there_s else None,
-        right=tuple(right.get(place) for place in range(len(faults))),
+        diagnoses=sum(diagnosis.time < timeline.duration_s for diagnosis in timeline.diagnoses),
+        faults_detected=len(found["detected"]),
+        faults_located=len(found["located"]),
+        faults_identified=len(found["identified"]),
+        faults_top1=len(found["top1"]),
+        t_detected_s=_mean(found["detected"]),
+        t_located_s=_mean(found["located"]),
+        t_identified_s=_mean(found["identified"]),
+        false_alarms=alarms,
+        faultless_s=round(faultless_s, 9),
+        brier=min(1.0, squares / timeline.duration_s / len(catalogue)),
     )
+
+
+def _levels(fault: Injection, named: Mapping[str, float], number: int) -> Iterator[str]:
+    """Return the levels that a diagnosis reaches for a fault that is there, as one of a number of faults."""
+    catalogue, node = current_system().faults, base_name(fault.node)
+    probability = named.get(fault.fault, 0.0)
+    reached = (
+        _says(named.values()),
+        _says(sure for name, sure in named.items() if catalogue[name].node == node),
+        _says([probability]),
+        probability > 0 and sum(other >= probability for other in named.values()) <= number,
+    )
+    return itertools.compress(LEVELS, reached)
+
+
+def _stretches(
+    timeline: Timeline, faults: Sequence[Injection]
+) -> Iterator[tuple[float, float, Mapping[str, float]]]:
+    """Yield the stretches of time in which nothing changes, with the probabilities that hold in them."""
+    catalogue, end = current_system().faults, timeline.duration_s
+    times = [diagnosis.time for diagnosis in timeline.diagnoses]
+    moments = {0.0, end, *times}
+    for fault in faults:
+        moments |= {fault.time, fault.time + WINDOW_S, end if fault.ended is None else fault.ended}
+    for start, stop in itertools.pairwise(sorted(moment for moment in moments if 0 <= moment <= end)):
+        place = bisect_right(times, start)
+        said = timeline.diagnoses[place - 1].probabilities if place else {}
+        # anything may be published on the topic: a probability that is none, and a name of no fault, say nothing
+        yield start, stop, {name: sure for name, sure in said.items() if name in catalogue and 0 <= sure <= 1}
+
+
+def _says(probabilities: Iterable[float]) -> bool:
+    """Return whether one of several faults is there, by their probabilities, as if they were independent.
+
+    >>> _says([0.3, 0.3]), _says([0.3, 0.2]), _says([])
+    (True, False, False)
+    """
+    return 1 - math.prod(1 - probability for probability in probabilities) >= SURE
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    """Return the mean, rounded to nanoseconds; None of nothing."""
+    return round(sum(values) / len(values), 9) if values else None

@@ -1,7 +1,7 @@
 """One run's figures (paper, section 4; `docs/metrics.md`): what the table is made of."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Annotated
 
 import numpy as np
@@ -13,9 +13,9 @@ from sunset.metrics.diagnoses import diagnosis_figures
 from sunset.metrics.downtime import TOLERANCE_S, downtime
 from sunset.metrics.episodes import Episode, failure_episodes
 from sunset.metrics.limits import MOST, Amount, Count, Share
-from sunset.metrics.timeline import Timeline
-from sunset.metrics.treatments import FaultOutcome, Treatments
-from sunset.system import RESULT_TOPIC
+from sunset.metrics.timeline import Injection, Timeline
+from sunset.metrics.treatments import FaultOutcome, fault_outcomes, faults_of, needless_adaptations
+from sunset.system import RESULT_TOPIC, current_system
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,20 +39,21 @@ class RunMetrics:
         episodes_unresolved: all others.
         episodes_subsided: those of the others that ended by themselves.
         adaptations: how many adaptations were executed.
-        faults_injected: how many faults came; None of this and what follows where a run is of a version without it.
-        faults_cured: those of them that the managing system cured; None without a fault.
-        faults_masked: those that were masked for some time; None without a fault, and without a truth.
-        masked_s: time in which any was masked [s]; likewise.
-        adaptations_mistreated: the adaptations that treat no fault.
-        iou_net: `iou_all` less a frame's share for each of them, and at least 0: what scores are made of.
-        diagnosis_precision: of the time that faults were named in diagnoses, the share in which they were there.
-        diagnosis_recall: of the time that faults were there, the share in which they were named.
-        t_diagnosis_s: mean over faults that were part of a right diagnosis, from when they came to the first [s].
+        faults_injected: how many faults came.
+        faults_cured: how many of them were cured; None without a fault.
+        faults_masked: how many were masked for some time; None without a fault, and without a truth.
+        masked_s: time in which any fault was masked [s]; likewise.
+        uncured_s: mean over faults of the time in which they were there without a cure in place [s].
+        needless: the adaptations that are no step of a cure of a fault that was there.
+        cost_frames: the prices of all adaptations, in frames.
+        iou_healthy: mean over the frames before the first fault of each frame's IoU.
+        utility: `iou_all` less the share of `cost_frames` in all frames, times `iou_healthy`: scores are made of it.
+        diagnoses: how many diagnoses were published; this and what follows until `brier` as of `DiagnosisFigures`.
         frames_without_truth: how many frames have no pixel of a known class, and count for no figure of quality.
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
         outcomes: what became of each fault, in order of time.
-        mistreating: the adaptations that treat no fault, in order of time.
+        needless_adaptations: the needless ones, in order of time.
     """
 
     f_resolved_per_adaptation: Amount | None
@@ -71,20 +72,31 @@ class RunMetrics:
     episodes_unresolved: Count
     episodes_subsided: Count
     adaptations: Count
-    faults_injected: Count | None = None
-    faults_cured: Count | None = None
-    faults_masked: Count | None = None
-    masked_s: Amount | None = None
-    adaptations_mistreated: Count | None = None
-    iou_net: Share | None = None
-    diagnosis_precision: Share | None = None
-    diagnosis_recall: Share | None = None
-    t_diagnosis_s: Amount | None = None
-    frames_without_truth: Count | None = None
+    faults_injected: Count
+    faults_cured: Count | None
+    faults_masked: Count | None
+    masked_s: Amount | None
+    uncured_s: Amount | None
+    needless: Count
+    cost_frames: Amount
+    iou_healthy: Share | None
+    utility: Annotated[float, Meta(ge=-MOST, le=1)] | None
+    diagnoses: Count
+    faults_detected: Count
+    faults_located: Count
+    faults_identified: Count
+    faults_top1: Count
+    t_detected_s: Amount | None
+    t_located_s: Amount | None
+    t_identified_s: Amount | None
+    false_alarms: Count
+    faultless_s: Amount
+    brier: Share
+    frames_without_truth: Count
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
     outcomes: tuple[FaultOutcome, ...] = ()
-    mistreating: tuple[ExecutedAdaptation, ...] = ()
+    needless_adaptations: tuple[ExecutedAdaptation, ...] = ()
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
@@ -96,13 +108,13 @@ class RunMetrics:
         return {name: getattr(self, name) for name in self.names()}
 
 
-def net_iou(iou_all: float, mistreated: float, frames: int) -> float:
-    """Return IoU_all less a frame's share for each adaptation that treats no fault, and at least 0.
+def utility_of(iou_all: float, cost_frames: float, iou_healthy: float, frames: int) -> float:
+    """Return IoU_all less what adaptations cost: their prices in frames, each worth the healthy IoU.
 
-    >>> net_iou(0.4, 50, 200)
-    0.30000000000000004
+    >>> utility_of(0.4, 10, 0.5, 200)
+    0.375
     """
-    return iou_all * max(0.0, 1.0 - mistreated / frames)
+    return iou_all - cost_frames * iou_healthy / frames
 
 
 def score(timeline: Timeline) -> RunMetrics:
@@ -116,13 +128,11 @@ def score(timeline: Timeline) -> RunMetrics:
         duration_s=timeline.duration_s,
     )
     iou, iou_all, miou, without_truth = _frame_figures(timeline)
-    treatments = Treatments(timeline, executed)
-    found, masked_s = treatments.outcomes(failures)
-    mistreating = treatments.mistreating()
-    diagnosed = diagnosis_figures(timeline, treatments.faults)
-    if diagnosed is not None:
-        pairs = zip(found, diagnosed.right, strict=True)
-        found = tuple(replace(outcome, diagnosed=right) for outcome, right in pairs)
+    faults = faults_of(timeline)
+    healthy = _healthy_iou(timeline, faults)
+    found, masked_s = fault_outcomes(timeline, faults, failures, executed, healthy)
+    needless = needless_adaptations(executed, faults)
+    cost = sum(current_system().price(part.kind) for call in executed for part in call.parts)
     return RunMetrics(
         f_resolved_per_adaptation=len(resolved) / len(executed) if executed else None,
         t_react_s=_mean([episode.t_react for episode in resolved]),
@@ -144,18 +154,19 @@ def score(timeline: Timeline) -> RunMetrics:
         faults_cured=sum(outcome.cured is not None for outcome in found) if found else None,
         faults_masked=None if masked_s is None else sum(bool(outcome.masked_s) for outcome in found),
         masked_s=masked_s,
-        adaptations_mistreated=len(mistreating),
-        iou_net=None if iou_all is None else net_iou(iou_all, len(mistreating), timeline.expected_frames),
-        diagnosis_precision=None if diagnosed is None else diagnosed.precision,
-        diagnosis_recall=None if diagnosed is None else diagnosed.recall,
-        t_diagnosis_s=_mean(
-            [None if outcome.diagnosed is None else outcome.diagnosed - outcome.began for outcome in found]
-        ),
+        uncured_s=_mean([outcome.uncured_s for outcome in found]),
+        needless=len(needless),
+        cost_frames=cost,
+        iou_healthy=healthy,
+        utility=None
+        if iou_all is None or healthy is None
+        else utility_of(iou_all, cost, healthy, timeline.expected_frames),
+        **diagnosis_figures(timeline, faults)._asdict(),
         frames_without_truth=without_truth,
         failures=failures,
         executed=executed,
         outcomes=found,
-        mistreating=mistreating,
+        needless_adaptations=needless,
     )
 
 
@@ -163,6 +174,13 @@ def _mean(values: Sequence[float | None]) -> float | None:
     """Return the mean, rounded to nanoseconds; None of nothing."""
     known = [value for value in values if value is not None]
     return round(sum(known) / len(known), 9) if known else None
+
+
+def _healthy_iou(timeline: Timeline, faults: Sequence[Injection]) -> float | None:
+    """Return the mean IoU of the frames before the first fault, the warm-up's included; of all, if it has none."""
+    frames = timeline.frames
+    before = frames.iou[frames.times < faults[0].time] if faults else frames.iou
+    return float(before.mean()) if len(before) else float(frames.iou.mean()) if len(frames.iou) else None
 
 
 def _frame_figures(timeline: Timeline) -> tuple[float | None, float | None, float | None, int]:

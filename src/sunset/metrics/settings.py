@@ -9,13 +9,12 @@ from sunset.metrics.adaptations import ExecutedAdaptation
 from sunset.metrics.timeline import Setting
 from sunset.system import (
     STATE,
-    Adaptation,
     AdaptationKind,
-    Fault,
     FaultKind,
     Key,
     comparable_text,
     current_system,
+    find_fault,
     goal_of,
     is_in_place,
     short_name,
@@ -64,21 +63,19 @@ class Settings:
         place += values[place : place + 1] == [value]
         return min(times[place], end) if place < len(times) else end
 
-    def around(self, name: str, start: float, end: float) -> list[Stretch]:
-        """Return when a cure was in place within `[start, end)`; of faults that do not live in the world, never."""
-        fault = current_system().faults.get(name)  # that of a record may be of another version
+    def in_place(self, name: str, start: float, end: float) -> list[Stretch]:
+        """Return when a cure was in place within `[start, end)`, in order; never, if the fault is not in the world."""
+        fault = find_fault(name)  # that of a record may be of another version
         if fault is None or fault.kind is not FaultKind.EXTERNAL:
             return []
-        return [stretch for cure in fault.cures for stretch in self._stretches(fault, cure, start, end)]
-
-    def _stretches(self, fault: Fault, cure: Sequence[Adaptation], start: float, end: float) -> list[Stretch]:
-        goals = [goal[0] for step in cure if (goal := goal_of(step))]
-        keys = [(fault.node, fault.parameter), *((step.node, fault.parameter) for step in cure), *goals]
+        steps = [step for cure in fault.cures for step in cure]
+        goals = [goal[0] for step in steps if (goal := goal_of(step))]
+        keys = [(fault.node, fault.parameter), *((step.node, fault.parameter) for step in steps), *goals]
         moments = {time for key in keys for time in self._times.get(key, []) if start < time < end}
-        edges = [start, *sorted(moments), end]
         found: list[Stretch] = []
-        for begin, following in itertools.pairwise(edges):
-            if begin < following and is_in_place(fault, cure, partial(self.at, time=begin)):
+        for begin, following in itertools.pairwise([start, *sorted(moments), end]):
+            setting = partial(self.at, time=begin)
+            if begin < following and any(is_in_place(fault, cure, setting) for cure in fault.cures):
                 joined = bool(found) and found[-1][1] == begin
                 found[-1:] = [(found[-1][0], following)] if joined else [*found[-1:], (begin, following)]
         return found

@@ -7,7 +7,7 @@ before it is negative, and the experiment ends at `duration_s`. Arrays of times 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,9 @@ from sunset.system import DURATION_S, PERIOD_S, current_system
 
 NUMBER_OF_CLASSES: Final = len(CLASSES)
 """28."""
+
+Evidence: TypeAlias = Literal["symptoms", "images"]
+"""What a managing system looked at: the blackboard, diagnostics and states only, or images too."""
 
 Times = npt.NDArray[np.float64]
 Values = npt.NDArray[np.float64]

@@ -8,7 +8,6 @@ runs of the same specification leave the same bytes. A run that keeps its images
 from sunset.recording._bag import BAG_FILES
 from sunset.recording.images import IMAGES_FILE, StoredImage, image_digests, read_images
 from sunset.recording.logs import LogLine, log_of, read_log
-from sunset.recording.published_log import published_log
 from sunset.recording.reader import check_extensions, read_messages, read_timeline, timeline_of
 from sunset.recording.schema import (
     PLAN_FILE,
@@ -21,7 +20,6 @@ from sunset.recording.schema import (
     RunRecord,
     StoredFault,
     StoredFlight,
-    check_figures,
     differences,
     read_plan,
     read_run,
@@ -51,12 +49,10 @@ __all__ = [
     "StoredImage",
     "StoredRun",
     "check_extensions",
-    "check_figures",
     "differences",
     "image_digests",
     "log_of",
     "measured_topics",
-    "published_log",
     "read_images",
     "read_log",
     "read_messages",

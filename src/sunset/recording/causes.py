@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from sunset.metrics import FaultOutcome, RunMetrics, Timeline, Treatments
+from sunset.metrics import FaultOutcome, RunMetrics, Timeline
 from sunset.recording.schema import StoredFault
-from sunset.system import Fault, current_system
+from sunset.system import Fault, current_system, find_fault
 from sunset.texts import listed
 
 _MOST: Final = 4
@@ -42,13 +42,12 @@ def causes_of(
     """
     faults = current_system().faults
     healed = {(injection.fault, injection.healed) for injection in timeline.injections}
-    treatments = Treatments(timeline, metrics.executed)
     came: dict[str, list[str]] = {}
     for outcome in metrics.outcomes:
         came.setdefault(outcome.fault, []).append(
-            _became(outcome, treatments, healed=True)
+            _became(outcome, healed=True)
             if (outcome.fault, outcome.until) in healed
-            else _became(outcome, treatments, healed=False) + _would_have_healed(outcome, metrics, planned)
+            else _became(outcome, healed=False) + _would_have_healed(outcome, metrics, planned)
         )
     causes = [
         Cause(
@@ -60,7 +59,7 @@ def causes_of(
             _cured_by(fault, became),
         )
         for name, became in came.items()
-        if (fault := faults.get(name))
+        if (fault := find_fault(name))
     ]
     missing = [plan for plan in planned if plan.name not in came]
     return (*causes, *(Cause(plan.name, _did_not_come(plan, timeline), "", "") for plan in missing))
@@ -94,16 +93,13 @@ def _showed_as(failure: str, metrics: RunMetrics) -> str:
     return f"{text}; {listed(sorted(ripples))} by ripple, for lack of input" if ripples else text
 
 
-def _became(outcome: FaultOutcome, treatments: Treatments, *, healed: bool) -> str:
-    """Return when a fault was cured, or when it healed, or when a cure was in place; empty if none of these."""
+def _became(outcome: FaultOutcome, *, healed: bool) -> str:
+    """Return when a fault was cured, or when it healed; empty if neither."""
     if outcome.cured is not None:
         in_place = outcome.cured == outcome.began > 0
         away = " (while it was away)" if outcome.cured > outcome.until else ""
         return f"{'in place' if in_place else 'done'} at {outcome.cured:.2f} s{away}"
-    undone = treatments.cured_for_a_while(outcome)
-    parts = [f"in place from {start:.2f} to {stop:.2f} s only" for start, stop in undone[-1:]]
-    parts += [f"healed by itself at {outcome.until:.2f} s"] if healed else []
-    return ", ".join(parts)
+    return f"healed by itself at {outcome.until:.2f} s" if healed else ""
 
 
 def _would_have_healed(outcome: FaultOutcome, metrics: RunMetrics, planned: Sequence[StoredFault]) -> str:

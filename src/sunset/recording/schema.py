@@ -6,7 +6,7 @@ The version of a schema changes when an older reader would misread a newer file.
 import dataclasses
 import math
 import reprlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -14,7 +14,7 @@ import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
 from sunset.errors import RecordError
-from sunset.metrics import FaultOutcome, LogFigures, RunMetrics, net_iou
+from sunset.metrics import Evidence, FaultOutcome, RunMetrics
 from sunset.metrics.limits import MOST, Amount, Count, Positive, Share
 from sunset.schemas import convert, fields_of, read_json
 
@@ -35,6 +35,7 @@ SCORE_REFERENCES: Final = ("none", "oracle")
 
 _REMEDY: Final = "run it again, or use --recompute"
 _Period = Annotated[float, Meta(gt=0.001, le=MOST)]
+_Task = Annotated[str, Meta(pattern="^(repair|diagnose)$")]
 _Size = Annotated[list[Annotated[int, Meta(gt=0, le=MOST)]], Meta(min_length=2, max_length=2)]
 
 
@@ -84,6 +85,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         manager_failed: how the managing system failed, after which the run went on without one; or why a run has
             neither messages nor figures: `is_empty`. None if neither is so.
         missing_walls: which walls around a user's own managing system were missing.
+        evidence: what the managing system looked at.
         flight: what the flight is called.
         flight_conditions: under which it was rendered, where they are not those of the default flight.
         flight_warning: what a reader must know of it, in one sentence; where there is something.
@@ -99,6 +101,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         duration_s: how long is measured [s].
         period_s: the time between two frames [s].
         expected_frames: how many frames are measured if none is lost.
+        task: of the managing system: `repair`, or `diagnose`, in which adaptations are refused.
         thinking_s: what every decision of the managing system took of the experiment's time [s]; where it did.
         entropy_threshold: F4 holds above it.
         sharpness_threshold: F5 holds below it.
@@ -106,8 +109,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         versions: of everything that the record's bytes may depend on.
         start_ns: when faults were injected, in nanoseconds of the experiment's clock.
         metrics: the figures by name; `stored_figures` checks them.
-        fault_outcomes: what became of each fault; of a version that says so, where there are figures.
-        by_paper_script: what the paper's evaluation script would take from the run; where there are messages.
+        fault_outcomes: what became of each fault.
         computer_kept_up: whether the computer was fast enough; of a live run.
         frames_lost: how many frames were lost before anything was wrong; of a live run, in which one, or 2 %, may be.
         valid: whether the run counts.
@@ -127,6 +129,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     manager_versions: dict[str, str] | UnsetType = UNSET
     manager_failed: str | None = None
     missing_walls: tuple[str, ...] | UnsetType = UNSET
+    evidence: Evidence = "symptoms"
     seed: int
     model: str
     model_checksums: dict[str, str]
@@ -150,6 +153,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     duration_s: Positive
     period_s: _Period
     expected_frames: Annotated[int, Meta(gt=0, le=MOST)]
+    task: _Task = "repair"
     thinking_s: Positive | UnsetType = UNSET
     entropy_threshold: Positive
     sharpness_threshold: Positive
@@ -157,8 +161,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     versions: dict[str, str] = {}
     start_ns: int | UnsetType = UNSET
     metrics: Mapping[str, object]
-    fault_outcomes: tuple[FaultOutcome, ...] | UnsetType = UNSET
-    by_paper_script: LogFigures | UnsetType = UNSET
+    fault_outcomes: tuple[FaultOutcome, ...] = ()
     computer_kept_up: bool | UnsetType = UNSET
     frames_lost: Count | UnsetType = UNSET
     valid: bool
@@ -177,20 +180,8 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         return {"entropy_threshold": self.entropy_threshold, "sharpness_threshold": self.sharpness_threshold}
 
 
-_OPTIONAL: Final = {field.name for field in dataclasses.fields(RunMetrics) if field.default is None}
-"""The figures that runs of the first versions lack."""
-
-
-def _fields(names: Iterable[str]) -> list[tuple[str, object]]:
-    return [(name, fields_of(RunMetrics)[name] | None) for name in names]
-
-
 _Figures = msgspec.defstruct(
-    "_Figures",
-    [
-        *_fields(name for name in RunMetrics.names() if name not in _OPTIONAL),
-        *((name, kind, None) for name, kind in _fields(sorted(_OPTIONAL))),
-    ],
+    "_Figures", [(name, fields_of(RunMetrics)[name] | None) for name in RunMetrics.names()]
 )
 
 
@@ -220,60 +211,13 @@ def _missing_text(folder: Path) -> str:
 
 
 def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
-    """Return the figures that the `run.json` of a run gives; None of those that its version did not know.
+    """Return the figures that the `run.json` of a run gives.
 
     Raises:
         RecordError: one is missing, or is not one that a run can have.
     """
     figures = convert(run.metrics, _Figures, str(file), RecordError, remedy=_REMEDY, path=("metrics",))
     return {name: getattr(figures, name) for name in RunMetrics.names()}
-
-
-def check_figures(figures: Mapping[str, float | None], run: RunRecord, file: Path) -> None:
-    """Make sure that figures do not contradict each other; who computes them again names those that are wrong.
-
-    Raises:
-        RecordError: no run can have them together.
-    """
-    wrong = next(_contradictions(figures, run), "")
-    if wrong:
-        raise RecordError(f"No run can have what {file} says: {wrong}; {_REMEDY}.")
-
-
-def _contradictions(figures: Mapping[str, float | None], run: RunRecord) -> Iterator[str]:
-    """Yield what cannot be of figures that say so together."""
-    bounds = {
-        "episodes_resolved": ("episodes", figures["episodes"]),
-        "faults_cured": ("faults_injected", figures["faults_injected"]),
-        "faults_masked": ("faults_injected", figures["faults_injected"]),
-        "t_down_s": ("duration_s", run.duration_s),
-        "masked_s": ("duration_s", run.duration_s),
-    }
-    for name, (most, limit) in bounds.items():
-        value = figures[name]
-        if value is not None and limit is not None and value > limit:
-            yield f"{name} is {value:g}, and {most} is {limit:g}"
-    net, whole, mistreated = (figures[name] for name in ("iou_net", "iou_all", "adaptations_mistreated"))
-    if net is not None and whole is not None and mistreated is not None:
-        expected = net_iou(whole, mistreated, run.expected_frames)
-        if not math.isclose(net, expected, abs_tol=1e-9):
-            yield f"iou_net is {net:g}, and by iou_all and adaptations_mistreated it is {expected:g}"
-    outcomes = run.fault_outcomes or ()
-    for one in outcomes:
-        ends = [one.until] if one.cured is None else [one.until, one.cured]
-        if not one.began <= min(ends) <= max(ends) <= run.duration_s:
-            cured = "" if one.cured is None else f", was cured at {one.cured:g} s"
-            yield (
-                f"in fault_outcomes, {one.fault} is there from {one.began:g} to {one.until:g} s{cured}, in "
-                f"{run.duration_s:g} s"
-            )
-    counts = {
-        "faults_injected": len(outcomes),
-        "faults_cured": sum(one.cured is not None for one in outcomes),
-    }
-    for name, count in counts.items():
-        if outcomes and figures[name] != count:
-            yield f"{name} is {figures[name]}, and by fault_outcomes it is {count}"
 
 
 def differing_figures(stored: Mapping[str, object], computed: Mapping[str, float | None]) -> tuple[str, ...]:
@@ -286,8 +230,6 @@ def differing_figures(stored: Mapping[str, object], computed: Mapping[str, float
 def differences(run: RunRecord, computed: RunMetrics) -> tuple[str, ...]:
     """Return the names of what a run's `run.json` says otherwise than it was computed from the messages."""
     figures = differing_figures(run.metrics, computed.to_json())
-    if run.fault_outcomes is UNSET:
-        return figures
     stored, found = (
         [value for one in outcomes for value in dataclasses.astuple(one)]
         for outcomes in (run.fault_outcomes, computed.outcomes)
@@ -338,6 +280,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         flights: those that every scenario is run on, as they were named; each on its own if there is none.
         flight_facts: what results depend on of each flight but the default one, by its name.
         speed: seconds of `/clock` in a second; live.
+        task: of the managing systems: `repair` or `diagnose`.
         thinking_s: what every decision of a managing system takes of the experiment's time [s].
         versions: of everything that a record's bytes may depend on.
         extensions: of the system's description: name → checksum.
@@ -366,6 +309,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     timing: dict[str, float]
     middleware: str = "sim"
     speed: float = 1.0
+    task: _Task = "repair"
     thinking_s: float = 0.0
     versions: dict[str, str]
     extensions: dict[str, str] = {}

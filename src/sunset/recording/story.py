@@ -11,7 +11,7 @@ from sunset.metrics import Episode, RunMetrics, Timeline
 from sunset.recording.causes import Cause
 from sunset.recording.logs import LogLine
 from sunset.recording.schema import RunRecord
-from sunset.system import current_system
+from sunset.system import current_system, find_fault
 from sunset.texts import counted, printable, shorten
 
 _STYLES = {
@@ -159,7 +159,7 @@ def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> 
     for injection in timeline.injections:
         if injection.time >= end_s:  # it counts for nothing
             continue
-        known = system.faults.get(injection.fault)  # that of a record may be of another version
+        known = find_fault(injection.fault)  # that of a record may be of another version
         yield injection.time, "fault", f"{injection.fault}: {known.description}" if known else injection.fault
         if injection.healed is not None and injection.healed < end_s:
             yield injection.healed, "healed", f"{injection.fault} has healed by itself"
@@ -223,9 +223,19 @@ def figures_of(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     unknown = f"; {counted(without, 'frame')} without labels left out" if without else ""
     yield "segmentation IoU", shown(score.iou), f"{shown(score.iou_all)} if a lost frame counts as 0{unknown}"
     masked_s = score.masked_s if score.outcomes else 0.0
-    treated = f"masked for {shown(masked_s, ' s')}; {counted(len(score.mistreating), 'adaptation')}"
     cured = f"{score.faults_cured or 0} of {len(score.outcomes)}"
-    yield "faults cured", cured, f"{treated} treated no fault"
-    if score.diagnosis_recall is not None:
-        found = f"recall {shown(score.diagnosis_recall)}, right after {shown(score.t_diagnosis_s, ' s')}"
-        yield "diagnosis precision", shown(score.diagnosis_precision), found
+    yield (
+        "faults cured",
+        cured,
+        f"uncured for {shown(score.uncured_s, ' s')}; masked for {shown(masked_s, ' s')}",
+    )
+    price = f"{counted(score.needless, 'needless adaptation')}; all cost {score.cost_frames:g} frames"
+    yield "utility", shown(score.utility), price
+    if score.diagnoses:
+        known = f"{score.faults_detected} detected, {score.faults_located} located"
+        alarms = counted(score.false_alarms or 0, "false alarm")
+        yield (
+            "faults identified",
+            f"{score.faults_identified} of {score.faults_injected}",
+            f"{known}; {alarms}",
+        )

@@ -61,8 +61,6 @@ _OTHERS: Final = (
 _TRANSITIONS: Final = "/transition_event"
 """How the topics end on which managed nodes say what their lifecycle states are."""
 
-_ENDING: Final = ("redeploy", "shutdown")  # commands that end a process, so that nothing of it is left
-
 _M = TypeVar("_M", bound=Message)
 
 
@@ -246,7 +244,7 @@ def _commands(
             successful=command.successful,
         )
         for command in found
-        if ns_of(command.stamp) >= first_ns or command.kind not in _ENDING
+        if ns_of(command.stamp) >= first_ns or command.kind != "redeploy"  # which leaves nothing behind
     ]
     return tuple(sorted(commands, key=lambda command: command.time))
 
@@ -274,7 +272,7 @@ def _diagnoses(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Diag
     return tuple(
         Diagnosis(
             _seconds(diagnosis.time_ns, start_ns),
-            dict(zip(diagnosis.message.faults, diagnosis.message.probabilities, strict=False)),
+            dict(zip(diagnosis.message.faults, map(float, diagnosis.message.probabilities), strict=False)),
         )
         for diagnosis in recorded
         if isinstance(diagnosis.message, msg.Diagnosis)

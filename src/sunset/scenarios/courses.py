@@ -6,7 +6,7 @@ from math import inf
 from typing import Final
 
 from sunset.scenarios.fault import ScenarioFault
-from sunset.system import current_system
+from sunset.system import excluding_pairs
 
 _MOST: Final = 1000
 """Faults of a scenario: each is compared with each other one."""
@@ -106,7 +106,7 @@ def _conflicts(faults: Sequence[ScenarioFault], begun: Sequence[float]) -> Itera
         are_same = faults[one].name == faults[other].name
         if second[0] > first[1] or (second[0] == first[1] and not are_same):
             continue
-        pairs = [pair for pair in current_system().exclusive if set(pair) == names]
+        pairs = [pair for pair in excluding_pairs() if set(pair) == names]
         if are_same and first == second:
             yield other, f"The scenario has the fault {faults[one].name} twice; name each once."
         elif are_same:

@@ -14,7 +14,7 @@ from sunset.scenarios.reading import parse_scenario
 from sunset.scenarios.schema import Scenario
 from sunset.scenarios.split_files import is_scenario_file, read_split, scenario_files
 from sunset.scenarios.suites import scenario_names, suite, suite_names
-from sunset.system import current_system
+from sunset.system import current_system, find_fault
 from sunset.texts import shown, suggestion
 
 _MAX_BYTES: Final = 1_000_000
@@ -47,7 +47,7 @@ def load_scenario(name: str | Path) -> Scenario:
     if is_scenario_file(path) or os.path.isfile(path):  # noqa: PTH113  Path.is_file raises where a name is too long
         return _from_file(path)
     faults = text.split("+")
-    if isinstance(name, str) and any(part.split("=", 1)[0] in current_system().faults for part in faults):
+    if isinstance(name, str) and any(find_fault(part.split("=", 1)[0]) for part in faults):
         return generate(faults)
     if text in suite_names():
         raise ScenarioError(

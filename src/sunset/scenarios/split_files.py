@@ -26,7 +26,7 @@ class SplitDescription(msgspec.Struct, frozen=True, kw_only=True):
     """What `split.json` says: what a split was made of, and the hash by which it is pinned.
 
     Attributes:
-        split: train, validation or test.
+        split: train, validation, test or wild.
         count: how many scenarios it has.
         seed: of everything that is drawn.
         flights: whether each scenario has a flight of its own.

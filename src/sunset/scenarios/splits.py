@@ -1,8 +1,8 @@
-"""Scenarios drawn at random for training, validation and test, which never share one.
+"""Scenarios drawn at random for training, validation and two kinds of tests, which never share one.
 
 What `train` and `validation` are drawn from is the same. Which of the two a scenario belongs to follows from its
 faults. What `test` is drawn from has parts that the others never have: pairs of faults, a profile, severities and, of
-flights, towns, heights and weathers.
+flights, towns, heights and weathers. Each scenario of `wild` has a fault that no catalogue lists.
 """
 
 import hashlib
@@ -23,13 +23,14 @@ from sunset.scenarios.schema import Scenario
 from sunset.scenarios.timing import INTERMITTENT, RAMP, STEP, After, Profile
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed, generator
-from sunset.system import current_system
+from sunset.system import current_system, excluding_pairs, get_fault, unlisted_names
 from sunset.texts import shown, suggestion
 
 TRAIN: Final = "train"
 VALIDATION: Final = "validation"
 TEST: Final = "test"
-SPLITS: Final = (TRAIN, VALIDATION, TEST)
+WILD: Final = "wild"
+SPLITS: Final = (TRAIN, VALIDATION, TEST, WILD)
 
 RULE: Final = 1
 """Grows whenever the same split would become another one."""
@@ -70,8 +71,13 @@ _KNOWN: Final = Parts(
     (1, 2, 3), (STEP, RAMP), (1, 3), (1, 2, 3, 4, 5, 6), (20.0, 50.0, 80.0), ("clear", "overcast")
 )
 _NEW: Final = Parts((2, 3), (STEP, RAMP, INTERMITTENT), (2,), (7, 8), (35.0, 65.0), ("hazy",))
-PARTS: Final = {TRAIN: _KNOWN, VALIDATION: _KNOWN, TEST: _NEW}
-"""Split → what its scenarios are made of. Every scenario of `test` has an intermittent fault."""
+_UNLISTED: Final = replace(_NEW, counts=(1, 2))
+PARTS: Final = {TRAIN: _KNOWN, VALIDATION: _KNOWN, TEST: _NEW, WILD: _UNLISTED}
+"""Split → what its scenarios are made of. Every scenario of `test` has an intermittent fault.
+
+Every scenario of `wild` has one fault that no catalogue lists. Those that no suite has are among them only in a split
+with a salt.
+"""
 
 
 def held_out_pairs() -> frozenset[frozenset[str]]:
@@ -130,10 +136,11 @@ def draw_split(spec: SplitSpec) -> tuple[Scenario, ...]:
     """
     draw = _Draw(generator(spec.seed, "split", spec.split, spec.salt.hex()))
     drawn: dict[str, Scenario] = {}
+    causes = unlisted_names(sealed=bool(spec.salt)) if spec.split == WILD else ()
     while len(drawn) < spec.count:
-        faults = draw.faults(PARTS[spec.split], held_out_pairs(), is_test=spec.split == TEST)
+        faults = draw.faults(PARTS[spec.split], held_out_pairs(), causes, is_test=spec.split == TEST)
         course = json.dumps([fault.to_mapping() for fault in faults])
-        if course in drawn or (spec.split != TEST and spec.split != _owner(course)):
+        if course in drawn or (spec.split in {TRAIN, VALIDATION} and spec.split != _owner(course)):
             continue
         flight = draw.flight(PARTS[spec.split]) if spec.flights else None
         drawn[course] = Scenario(f"{spec.split}-{len(drawn) + 1:04}", faults, flight=flight)
@@ -171,14 +178,15 @@ class _Draw:
         )
 
     def faults(
-        self, parts: Parts, new: frozenset[frozenset[str]], *, is_test: bool
+        self, parts: Parts, new: frozenset[frozenset[str]], causes: Sequence[str] = (), *, is_test: bool
     ) -> tuple[ScenarioFault, ...]:
         """Return the faults of one scenario, in the order in which they come."""
         count = self.one(parts.counts)
         while True:
-            names = self._names(count)
+            names = self._names(count, causes)
             pairs = {frozenset(pair) for pair in combinations(names, 2)}
-            if not pairs & set(map(frozenset, current_system().exclusive)) and bool(pairs & new) == is_test:
+            fits = bool(causes) or bool(pairs & new) == is_test
+            if fits and not pairs & set(map(frozenset, excluding_pairs())):
                 break
         profiles = [self._profile(name, parts.profiles) for name in names]
         if is_test and INTERMITTENT not in {profile.kind for profile in profiles}:
@@ -186,15 +194,16 @@ class _Draw:
         faults = [self._fault(name, profile, parts) for name, profile in zip(names, profiles, strict=True)]
         return self._linked(sorted(faults, key=lambda fault: fault.at))
 
-    def _names(self, count: int) -> list[str]:
-        known = list(current_system().faults)
-        return [known.pop(floor(self.rng.random() * len(known))) for _ in range(count)]
+    def _names(self, count: int, causes: Sequence[str]) -> list[str]:
+        """Return different faults, the first one of `causes` if there are any."""
+        known, first = list(current_system().faults), [self.one(causes)] if causes else []
+        return first + [known.pop(floor(self.rng.random() * len(known))) for _ in range(count - len(first))]
 
     def _profile(self, name: str, kinds: Sequence[str]) -> Profile:
         kind = self.one(kinds)
         if kind == INTERMITTENT:
             return self._intermittent()
-        if kind == RAMP and current_system().faults[name].limits is not None:
+        if kind == RAMP and get_fault(name).limits is not None:
             return Profile(kind=RAMP, rise=self.seconds(2, 6))
         return Profile()
 
@@ -202,7 +211,7 @@ class _Draw:
         return Profile(kind=INTERMITTENT, on=self.seconds(1.5, 4), off=self.seconds(1.5, 4))
 
     def _fault(self, name: str, profile: Profile, parts: Parts) -> ScenarioFault:
-        described = current_system().faults[name]
+        described = get_fault(name)
         measured = described.limits is not None and described.effect is not None
         at, lasts, heals = self.seconds(0, _LATEST_S), self.seconds(2, 8), self.rng.random() < _HEALING
         severity = self.one(parts.severities) if measured else None

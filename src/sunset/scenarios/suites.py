@@ -6,14 +6,14 @@ from sunset.errors import ScenarioError
 from sunset.scenarios.fault import parse_fault
 from sunset.scenarios.reading import parse_suite
 from sunset.scenarios.schema import Scenario
-from sunset.system import System, current_system, scenario_name
+from sunset.system import System, all_suites, current_system, scenario_name
 from sunset.texts import suggestion
 
 
 @lru_cache(maxsize=64)
 def _suite(system: System, name: str) -> tuple[Scenario, ...]:
     """Return the scenarios of a system's suite."""
-    scenarios = system.suites[name]
+    scenarios = all_suites()[name]
     if isinstance(scenarios, str):
         return parse_suite(scenarios, name)
     return tuple(_scenario(system, name, faults) for faults in scenarios)
@@ -36,7 +36,7 @@ def suite_names() -> tuple[str, ...]:
     >>> suite_names()[:4]
     ('paper', 'artifact', 'nofault', 'degraded')
     """
-    return tuple(current_system().suites)
+    return tuple(all_suites())
 
 
 def suite(name: str) -> tuple[Scenario, ...]:

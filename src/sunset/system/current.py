@@ -4,7 +4,9 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cache
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Final
@@ -16,7 +18,7 @@ from sunset.source_files import compiled_checksum, import_file, import_place, is
 from sunset.system.checks import check_added_signals, check_fault_parameter, check_parameter, check_subclass
 from sunset.system.description import Fault
 from sunset.system.paper import PAPER
-from sunset.system.suites import names_in_suite
+from sunset.system.suites import Suite, names_in_suite
 from sunset.system.system import Extension, System
 from sunset.texts import described_error, suggestion
 
@@ -81,8 +83,65 @@ def loaded_extensions() -> tuple[LoadedExtension, ...]:
     return _current().loaded
 
 
+@cache
+def unlisted() -> Extension:
+    """Return the faults that no catalogue lists, and their suite; nothing where walls keep this process from them."""
+    try:
+        part: Extension = import_module("sunset.wild.causes").UNLISTED
+    except OSError:
+        return Extension()
+    return part
+
+
+def unlisted_names(*, sealed: bool) -> tuple[str, ...]:
+    """Return the names of the faults that no catalogue lists; those that no suite has only if `sealed`."""
+    kept: tuple[str, ...] = import_module("sunset.wild.causes").SEALED
+    return tuple(fault.name for fault in unlisted().faults if sealed or fault.name not in kept)
+
+
+def find_fault(name: str) -> Fault | None:
+    """Return the fault of that name, which the catalogue may not list; None if there is none."""
+    known = current_system().faults.get(name)
+    return known or next((fault for fault in unlisted().faults if fault.name == name), None)
+
+
+def all_suites() -> Mapping[str, Suite]:
+    """Return the suites of the system, and that of the faults that no catalogue lists."""
+    own = current_system().suites
+    return {**own, **unlisted().suites, **own}  # an extension may have a suite of that name
+
+
+def excluding_pairs() -> tuple[tuple[str, str], ...]:
+    """Return the pairs of faults that cannot be there at the same time, listed or not."""
+    return (*current_system().exclusive, *unlisted().exclusive)
+
+
+@contextmanager
+def system_with(faults: Iterable[str]) -> Iterator[None]:
+    """Let nodes be made that can have these faults, where some are not listed, for as long as the context lasts.
+
+    Managing systems must be started outside of it.
+
+    Raises:
+        ExtensionError: an extension has a class of its own for a node of the system.
+    """
+    outer = _current()
+    if all(name in outer.system.faults for name in faults):
+        yield
+        return
+    part = replace(unlisted(), node_classes=import_module("sunset.wild.nodes").NODE_CLASSES)
+    for name, extension in outer.added.items():
+        if taken := sorted(part.node_classes.keys() & extension.node_classes):
+            raise ExtensionError(
+                f"The extension {name} has a class for the node {taken[0]}, which a run with an unlisted fault has, "
+                "too: leave the extension out, or take another scenario."
+            )
+    with _entered_state(_State(System(*outer.system.parts, part), outer.loaded, outer.added)):
+        yield
+
+
 def get_fault(name: str) -> Fault:
-    """Return the fault of that name.
+    """Return the fault of that name, which the catalogue may not list.
 
     Raises:
         ScenarioError: there is none; the message lists those that there are.
@@ -90,7 +149,7 @@ def get_fault(name: str) -> Fault:
     >>> get_fault("gpu_failure").redeploy_only
     True
     """
-    return current_system().fault(name)
+    return find_fault(name) or current_system().fault(name)
 
 
 def degradations_of(names: Iterable[str]) -> str:
@@ -100,14 +159,15 @@ def degradations_of(names: Iterable[str]) -> str:
     they are: no interval speaks of others than those that were run. Without degradations, it is the failures.
     """
     system = current_system()
-    failures = {name: system.faults[name].failure if name in system.faults else "" for name in names}
+    found = {name: find_fault(name) for name in names}
+    failures = {name: fault.failure if fault else "" for name, fault in found.items()}
     degradations = [name for name, failure in failures.items() if failure not in system.outages]
     return "+".join(sorted(degradations or set(failures.values())))
 
 
 def suite_size(suite: str, scenario: str) -> int:
     """Return how many scenarios the suite of a scenario has; 0 if the system lacks such a suite."""
-    names = names_in_suite(suite, current_system().suites.get(suite, ()))
+    names = names_in_suite(suite, all_suites().get(suite, ()))
     return len(names) if scenario in names else 0
 
 
@@ -163,13 +223,19 @@ def extended_system(wheres: Iterable[str | Path]) -> Iterator[System]:
         ExtensionError: as `load_extension`.
     """
     outer = _own.get(_process)
-    state = _State(outer.system, outer.loaded, outer.added)
-    token = _own.set(state)
-    _entered.append(state)
-    try:
+    with _entered_state(_State(outer.system, outer.loaded, outer.added)) as state:
         for where in wheres:
             load_extension(where)
         yield state.system
+
+
+@contextmanager
+def _entered_state(state: _State) -> Iterator[_State]:
+    """Let a state be that of this thread for as long as the context lasts."""
+    token = _own.set(state)
+    _entered.append(state)
+    try:
+        yield state
     finally:
         _entered.remove(state)
         _own.reset(token)

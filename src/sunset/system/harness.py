@@ -15,6 +15,12 @@ MANAGING_SYSTEM: Final = "managing_system"
 MANAGER_PROCESS: Final = "manager"
 """The name of the process that the managing system's nodes are in."""
 
+REPAIR: Final = "repair"
+"""The task in which a managing system adapts the managed one."""
+DIAGNOSE: Final = "diagnose"
+"""The task in which adaptations are refused, so that a managing system can only say what is wrong."""
+TASKS: Final = (REPAIR, DIAGNOSE)
+
 RESULT_TOPIC: Final = "/managed_subsystem/segmentation"
 """The pipeline's output: there are messages on it only where all before it works."""
 

@@ -1,6 +1,7 @@
 """The paper's managed system: a drone's perception pipeline, its eleven faults, and what cures each."""
 
 from itertools import combinations, product
+from types import MappingProxyType
 from typing import Final
 
 from sunset.system.description import (
@@ -124,6 +125,18 @@ _RECALIBRATE = Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "do_rec
 _AUTOFOCUS = Adaptation(AdaptationKind.SET_PARAMETER, "camera", "perform_autofocus", value=True)
 
 _DEGRADATIONS: Final = (0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.5)
+
+_PRICES: Final = MappingProxyType(
+    {
+        AdaptationKind.SET_PARAMETER: 2.0,
+        AdaptationKind.CHANGE_TOPIC: 2.0,
+        AdaptationKind.ACTIVATE: 2.0,
+        AdaptationKind.DEACTIVATE: 2.0,
+        AdaptationKind.RESTART: 4.0,
+        AdaptationKind.REDEPLOY: 10.0,
+    }
+)
+"""In frames, of which the paper's flight has ten in a second: what an adaptation would cost if nothing was wrong."""
 
 _FAULTS: Final = (
     Fault(
@@ -271,6 +284,7 @@ PAPER: Final = Extension(
     signals=_SIGNALS,
     failures=_FAILURES,
     faults=_FAULTS,
+    prices=_PRICES,
     adaptations=(
         _ACTIVATE_ENHANCEMENT,
         _DEACTIVATE_ENHANCEMENT,

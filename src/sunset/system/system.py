@@ -68,6 +68,7 @@ class Extension:
         exclusive: pairs of faults that cannot be there at the same time: each would be the other's cure.
         suites: name → its scenarios, each the faults that are injected together, as `fault` or `fault=value`; or a YAML
             text, a list of scenarios as in scenario files, whose names are without that of the suite.
+        prices: kind of adaptation → what each costs in `utility`, in frames of healthy output.
     """
 
     nodes: tuple[NodeDescription, ...] = ()
@@ -79,6 +80,7 @@ class Extension:
     adaptations: tuple[Adaptation, ...] = ()
     exclusive: tuple[tuple[str, str], ...] = ()
     suites: Mapping[str, Suite] = field(default_factory=dict)
+    prices: Mapping[AdaptationKind, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the types, since an extension's author may not check them.
@@ -92,7 +94,7 @@ class Extension:
                 raise ExtensionError(
                     f"The {name} of an extension must be a tuple of {kind.__name__}, got {shorten(repr(values), 100)}."
                 )
-        for name in ("node_classes", "suites"):
+        for name in ("node_classes", "suites", "prices"):
             if not isinstance(values := getattr(self, name), Mapping):
                 raise ExtensionError(
                     f"The {name} of an extension must be a dictionary, got {shorten(repr(values), 100)}."
@@ -196,6 +198,11 @@ class System:
             *steps,
         ]
         return tuple(dict.fromkeys(offered))
+
+    def price(self, kind: str) -> float:
+        """Return what an adaptation costs, in frames; any other lifecycle transition costs what an activation does."""
+        prices = {str(known): price for part in self.parts for known, price in part.prices.items()}
+        return prices.get(kind, prices[AdaptationKind.ACTIVATE])
 
     @cached_property
     def exclusive(self) -> tuple[tuple[str, str], ...]:

@@ -20,10 +20,12 @@ from sunset.system.description import (
 )
 from sunset.system.harness import (
     BLACKBOARD_TOPIC,
+    DIAGNOSE,
     DIAGNOSIS_TOPIC,
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     MANAGING_SYSTEM,
+    REPAIR,
     RESULT_TOPIC,
 )
 from sunset.system.names import frequency_entry, full_name, heartbeat_entry, state_entry
@@ -31,11 +33,13 @@ from sunset.system.paper import ENTROPY_SIGNAL, SHARPNESS_SIGNAL
 
 __all__ = [
     "BLACKBOARD_TOPIC",
+    "DIAGNOSE",
     "DIAGNOSIS_TOPIC",
     "ENTROPY_SIGNAL",
     "FAULT_ENDS_TOPIC",
     "INJECTIONS_TOPIC",
     "MANAGING_SYSTEM",
+    "REPAIR",
     "RESULT_TOPIC",
     "SHARPNESS_SIGNAL",
     "Adaptation",

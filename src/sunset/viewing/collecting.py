@@ -20,6 +20,7 @@ from sunset.system import (
     MovingMean,
     Signal,
     current_system,
+    find_fault,
     full_name,
     short_name,
 )
@@ -110,7 +111,7 @@ def _lifecycle(run: StoredRun, node: str, span: Span) -> list[StateView]:
 def _faults(run: StoredRun) -> list[FaultView]:
     views, settings, end = [], Settings(run.timeline.settings), run.record.duration_s
     for name in dict.fromkeys(injection.fault for injection in run.timeline.injections):
-        known = current_system().faults.get(name)  # that of a record may be of another version
+        known = find_fault(name)  # that of a record may be of another version
         injections = [one for one in run.timeline.injections if one.fault == name]
         spans = [
             (one.time, end if one.ended is None else min(one.ended, end))
@@ -124,7 +125,7 @@ def _faults(run: StoredRun) -> list[FaultView]:
                 failure=injections[0].failure,
                 node=short_name(injections[0].node),
                 spans=spans,
-                around=sorted(stretch for span in spans for stretch in settings.around(name, *span)),
+                around=sorted(stretch for span in spans for stretch in settings.in_place(name, *span)),
             )
         )
     return views

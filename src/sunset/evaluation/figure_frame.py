@@ -1,0 +1,165 @@
+"""What the figures of a report share: their size, their panels and legend, and how they are written."""
+
+import io
+import re
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from html import escape
+from math import ceil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from sunset.evaluation.system_styles import INK, PAPER
+from sunset.figures import drawing, save_figure
+from sunset.texts import csv_text, printable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLUMN_IN: Final = 3.5
+PAGE_IN: Final = 7.0
+"""Widths of a figure [in]: of a column and of a page."""
+HEIGHT_IN: Final = 9.0
+"""The greatest height of a figure [in]."""
+SOFT: Final = "#666666"
+"""The colour of what stands beside the data."""
+GRID: Final = "#cccccc"
+SETTINGS: Final = {
+    "font.size": 8,
+    "axes.titlesize": "medium",
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "figure.labelsize": "medium",
+    "text.parse_math": False,  # names of others are not formulas
+    **dict.fromkeys(("text.color", "axes.labelcolor", "xtick.color", "ytick.color"), INK),
+    "axes.edgecolor": SOFT,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.5,
+}
+"""How figures differ from matplotlib's defaults."""
+
+_ON_PAGE: Final = {INK: "currentColor", SOFT: "var(--soft)", GRID: "var(--line)", PAPER: "var(--paper)"}
+"""Colours for which a page has its own, in the light and in the dark."""
+_LONGEST: Final = 24
+"""How many characters a name has at most."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportFigure:
+    """A figure of a report.
+
+    Attributes:
+        name: of its files.
+        title: above it in a page.
+        caption: how it is read, in sentences.
+        head: the names of the columns of its data.
+        lines: its data.
+        picture: of matplotlib; None if there is nothing to draw.
+        missing: what is not shown and why, a sentence each.
+    """
+
+    name: str
+    title: str
+    caption: str
+    head: Sequence[str]
+    lines: Sequence[Sequence[object]]
+    picture: "Figure | None"
+    missing: Sequence[str]
+
+    def as_csv(self) -> str:
+        """Return its data as CSV."""
+        return csv_text([self.head, *self.lines])
+
+    def save(self, path: Path) -> None:
+        """Write the picture to a `.pdf`, `.png` or `.svg`, which is replaced; its folder must be there.
+
+        Raises:
+            OutputError: the file cannot be written.
+        """
+        if self.picture is not None:
+            with report_drawing():
+                save_figure(self.picture, path, make_folder=False)
+
+    def as_html(self) -> str:
+        """Return it as a part of a page, which has the colours `--paper`, `--soft` and `--line`, with its data."""
+        texts = [f"<h3>{escape(self.title)}</h3>", f"<p>{escape(printable(self.caption))}</p>"]
+        texts += [f'<p class="missing">{escape(printable(text))}</p>' for text in self.missing]
+        picture = "" if self.picture is None else f'<div class="scroll">{self._svg(self.picture)}</div>\n'
+        data = f"<details><summary>Data as CSV</summary><pre>{escape(printable(self.as_csv()))}</pre></details>\n"
+        return (
+            f'<figure id="{self.name}">\n<figcaption>{"".join(texts)}</figcaption>\n'
+            f"{picture}{data if self.lines else ''}</figure>"
+        )
+
+    def _svg(self, picture: "Figure") -> str:
+        out = io.StringIO()
+        with report_drawing({"svg.hashsalt": self.name, "svg.fonttype": "none"}):
+            picture.savefig(out, format="svg", transparent=True, metadata={"Date": None})
+        text = out.getvalue()
+        text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
+        text = re.sub(r'<g id="[^"]*"', "<g", text)  # other figures of the page have the same
+        text = re.sub("|".join(_ON_PAGE), lambda found: _ON_PAGE[found.group()], text)
+        width = "page" if picture.get_figwidth() > COLUMN_IN else "column"
+        return text.replace(
+            "<svg", f'<svg class="{width}" role="img" aria-label="{escape(self.title)}"', 1
+        ).strip()
+
+
+@contextmanager
+def report_drawing(settings: Mapping[str, Any] | None = None) -> Iterator[None]:
+    """Let matplotlib draw as in a report, with further settings."""
+    with drawing({**SETTINGS, **(settings or {})}), warnings.catch_warnings():
+        # names of managing systems may have letters that the font lacks; a page has its own font
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        yield
+
+
+def panels(
+    count: int, most_columns: int, height: float, *, sharex: Any = True, sharey: Any = True
+) -> tuple["Figure", list["Axes"]]:
+    """Return a figure of so many panels, and these.
+
+    Args:
+        count: of the panels.
+        most_columns: how many of them are beside one another at most.
+        height: of each [in].
+        sharex: which panels have the same horizontal scale, as matplotlib says it.
+        sharey: likewise of the vertical scale.
+    """
+    from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
+
+    columns = min(count, most_columns)
+    rows, width = ceil(count / columns), COLUMN_IN if columns == 1 else PAGE_IN
+    figure = Figure(figsize=(width, min(HEIGHT_IN, rows * height)), dpi=300, layout="constrained")
+    grid = list(figure.subplots(rows, columns, sharex=sharex, sharey=sharey, squeeze=False).flat)
+    for place, axes in enumerate(grid):
+        axes.tick_params(labelbottom=sharex == "row" or place + columns >= count)
+        if place >= count:
+            axes.set_axis_off()
+    return figure, grid[:count]
+
+
+def add_legend(figure: "Figure", handles: Iterable[Any]) -> None:
+    """Put a legend below a figure, which becomes higher by it."""
+    found = list(handles)
+    width = 0.6 + 0.07 * max(len(handle.get_label()) for handle in found)
+    columns = max(1, min(len(found), int(figure.get_figwidth() / width)))
+    figure.set_figheight(min(HEIGHT_IN, figure.get_figheight() + 0.05 + 0.17 * ceil(len(found) / columns)))
+    figure.legend(handles=found, loc="outside lower center", ncols=columns, frameon=False, handlelength=3)
+
+
+def short_name(text: str, longest: int = _LONGEST) -> str:
+    """Return a name as it stands in a figure: without its middle, if it is long.
+
+    >>> short_name("a-managing-system-with-a-long-name")
+    'a-managing-s…a-long-name'
+    """
+    text, half = printable(text), longest // 2
+    return text if len(text) <= longest else f"{text[:half]}…{text[1 - half :]}"

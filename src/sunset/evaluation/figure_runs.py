@@ -1,0 +1,183 @@
+"""The runs of a report as its figures show them, by suite and managing system."""
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, TypeVar
+
+from sunset.evaluation.estimates import Estimate
+from sunset.evaluation.results import RunRow
+from sunset.evaluation.scores import LEAST_GAIN, ScoreTable, is_scored, score_rows
+from sunset.evaluation.summary import manager_names, part_label
+from sunset.evaluation.system_styles import Style, in_order, styles
+from sunset.metrics import FaultOutcome
+from sunset.recording import TABLE_REFERENCES
+from sunset.texts import counted
+
+_FIRST_SUITES: Final = ("timed", "", "test", "wild", "paper")
+"""The suites that figures show first."""
+
+Fault = tuple[str, str]
+"""The failure that a fault shows as, and its name."""
+_Key = TypeVar("_Key")
+
+Systems = Mapping[str, Sequence[RunRow]]
+"""The runs of managing systems by name, in the order of `in_order`; none is empty."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Suite:
+    """The valid runs of a suite with one duration, and their scores if there are any."""
+
+    name: str
+    title: str
+    systems: Systems
+    table: ScoreTable | None
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether there are several managing systems, and no two differ in IoU_all by what is worth a repair."""
+        means = [
+            sum(found) / len(found) for runs in self.systems.values() if (found := values(runs, "iou_all"))
+        ]
+        return len(means) > 1 and max(means) - min(means) < LEAST_GAIN
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setup:
+    """Runs that can stand side by side: of one model, middleware, thinking time and version of SUNSET.
+
+    Attributes:
+        common: what all of them have in common, in a sentence.
+        suites: their suites, in the order of figures.
+        systems: the valid runs of all suites.
+        scored: the runs that count for scores, also invalid ones.
+        managers: name of a row of `Suite.table` → name of its managing system.
+        looks: how the managing systems are drawn.
+        remarks: what a reader must know of the runs, a sentence each.
+    """
+
+    common: str
+    suites: Sequence[Suite]
+    systems: Systems
+    scored: Systems
+    managers: Mapping[str, str]
+    looks: Mapping[str, Style]
+    remarks: Sequence[str]
+
+
+def values(runs: Sequence[RunRow], figure: str) -> list[float]:
+    """Return a figure of those runs that have it."""
+    return [value for run in runs if (value := run.metrics[figure]) is not None]
+
+
+def scores_of(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estimate | None]]]]:
+    """Give the suite, flight and heading of a group, and its scores by managing system."""
+    for suite in setup.suites:
+        rows = suite.table.rows if suite.table else ()
+        yield (
+            suite.name,
+            "",
+            suite.title,
+            [(setup.managers[row.system], row.score) for row in rows if not row.is_calm],
+        )
+    flights = sorted({_flight_name(run) for runs in setup.scored.values() for run in runs})
+    for flight in flights if len(flights) > 1 else ():
+        systems = {
+            name: [run for run in runs if _flight_name(run) == flight] for name, runs in setup.scored.items()
+        }
+        rows = score_rows({name: runs for name, runs in systems.items() if runs})
+        yield "", flight, f"flight {flight}", [(row.system, row.score) for row in rows]
+
+
+def outcomes_of(setup: Setup) -> dict[tuple[Fault, str], list[FaultOutcome]]:
+    """Return what became of the faults: (fault, managing system) → outcomes."""
+    found: dict[tuple[Fault, str], list[FaultOutcome]] = {}
+    for name, runs in setup.systems.items():
+        for outcome in (outcome for run in runs for outcome in run.outcomes or ()):
+            found.setdefault(((outcome.failure, outcome.fault), name), []).append(outcome)
+    return found
+
+
+def setup_of(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> Setup:
+    """Return the runs of the setup that has the most.
+
+    Args:
+        runs: all of them.
+        tables: their scores.
+    """
+    names = manager_names({run.manager for run in runs})
+    facts = Counter(map(_facts, runs)).most_common(1)[0][0]
+    members = [run for run in runs if _facts(run) == facts]
+    usual = Counter(map(_duration, members)).most_common(1)[0][0]
+    places = {_place(table.example): table for table in tables if _facts(table.example) == facts}
+    suites = [
+        Suite(
+            name=suite,
+            title=(suite or "own scenarios")
+            + part_label(group)
+            + (f" [{duration}]" if duration != usual else ""),
+            systems=_by_system([run for run in group if run.valid], names),
+            table=places.get((suite, duration)),
+        )
+        for (suite, duration), group in sorted(_grouped(members, _place).items(), key=_order)
+        if any(run.valid and (suite, run.manager) not in TABLE_REFERENCES for run in group)
+    ]
+    valid = [run for suite in suites for group in suite.systems.values() for run in group]
+    scored = _by_system([run for run in members if is_scored(run)], names)
+    systems = _by_system(valid, names)
+    return Setup(
+        common=f"Runs: {', '.join((usual, *facts))}.",
+        suites=suites,
+        systems=systems,
+        scored=scored,
+        managers={row.system: names[row.manager] for table in tables for row in table.rows},
+        looks=styles([*systems, *scored]),
+        remarks=list(_remarks(systems, len(runs) - len(members))),
+    )
+
+
+def _remarks(systems: Systems, others: int) -> Iterator[str]:
+    counts = [f"{name} {len(runs)}" for name, runs in systems.items()]
+    if not systems:
+        yield "There is no valid run of a managing system."
+    if len({len(runs) for runs in systems.values()}) > 1:
+        yield f"Managing systems have different numbers of valid runs: {', '.join(counts)}."
+    if others:
+        yield f"{counted(others, 'run')} of other models, middlewares, thinking times or versions are left out."
+
+
+def _flight_name(run: RunRow) -> str:
+    return run.flight.name or run.flight.short_bag
+
+
+def _facts(run: RunRow) -> tuple[str, ...]:
+    """Return what the runs of a setup have in common."""
+    version = f"SUNSET {run.version or 'of an unknown version'}"
+    return (f"model {run.model}", f"middleware {run.middleware}", f"thinking {run.thinking_s:g} s", version)
+
+
+def _duration(run: RunRow) -> str:
+    return f"{run.flight.duration_s:g} s" + (" looped" if run.flight.looped else "")
+
+
+def _place(run: RunRow) -> tuple[str, str]:
+    """Return the suite and the duration of a run."""
+    return run.suite, _duration(run)
+
+
+def _order(item: tuple[tuple[str, str], object]) -> tuple[int, tuple[str, str]]:
+    suite = item[0][0]
+    return (_FIRST_SUITES.index(suite) if suite in _FIRST_SUITES else len(_FIRST_SUITES), item[0])
+
+
+def _grouped(runs: Sequence[RunRow], key: Callable[[RunRow], _Key]) -> dict[_Key, list[RunRow]]:
+    groups: dict[_Key, list[RunRow]] = {}
+    for run in runs:
+        groups.setdefault(key(run), []).append(run)
+    return groups
+
+
+def _by_system(runs: Sequence[RunRow], names: Mapping[str, str]) -> Systems:
+    groups = _grouped(runs, lambda run: names[run.manager])
+    return {name: groups[name] for name in in_order(groups)}

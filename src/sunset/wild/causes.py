@@ -1,0 +1,138 @@
+"""What may go wrong that no catalogue lists: how it shows, and what cures it; `suite.yaml` says when it comes.
+
+Confined processes cannot read this folder, so that a managing system knows of these faults what it can reason out.
+The two of `SEALED` are in no suite: only a split with a salt draws them.
+
+Strengths are chosen from what `scripts/measure_wild` prints: the symptom's signal is clearly beyond its threshold, and
+the IoU a quarter lower or more, on the default flight with the model `lite`.
+"""
+
+from pathlib import Path
+from typing import Final
+
+from sunset.input_files import read_text
+from sunset.system import Adaptation, AdaptationKind, Extension, Fault, FaultKind
+
+
+def _restart(node: str) -> Adaptation:
+    return Adaptation(AdaptationKind.RESTART, node)
+
+
+def _redeploy(node: str) -> Adaptation:
+    return Adaptation(AdaptationKind.REDEPLOY, node)
+
+
+def _anew(node: str) -> tuple[tuple[Adaptation, ...], ...]:
+    """Return the cures of what a new start of a node ends."""
+    return (_restart(node),), (_redeploy(node),)
+
+
+_MODALITIES = tuple(
+    Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "modality", value) for value in (0, 1, 2)
+)
+_USE_CAMERA = Adaptation(AdaptationKind.CHANGE_TOPIC, "sensor_fusion", "topic_camera_input", "rgb_camera")
+
+_FAULTS: Final = (
+    Fault(
+        name="frozen_image",
+        failure="F4",
+        node="camera",
+        cures=_anew("camera"),
+        description="The camera repeats its last image under new stamps.",
+    ),
+    Fault(
+        name="overexposure",
+        failure="F4",
+        node="camera",
+        value=0.75,
+        limits=(0.0, 20.0),
+        cures=((_redeploy("camera"),),),
+        description="The camera's exposure control is off until the hardware starts anew: its images are too bright.",
+    ),
+    Fault(
+        name="cold_light",
+        failure="F4",
+        node="camera",
+        value=0.3,
+        limits=(0.0, 1.0),
+        kind=FaultKind.EXTERNAL,
+        cures=((_MODALITIES[2],),),
+        description="The light is so blue that the networks of colour images fail; that of depth images does not.",
+    ),
+    Fault(
+        name="lens_film",
+        failure="F5",
+        node="camera",
+        value=0.85,
+        limits=(0.0, 1.0),
+        cures=_anew("camera"),
+        description="A film on the camera's lens scatters the light, until the camera's start shakes it off.",
+    ),
+    Fault(
+        name="scale_error",
+        failure="F4",
+        node="depth",
+        value=2.0,
+        limits=(0.0, 10.0),
+        cures=((_redeploy("depth"),),),
+        description="The depth camera's scale is off until the hardware starts anew: all is too far away.",
+    ),
+    Fault(
+        name="lossy_link",
+        failure="F2",
+        node="depth",
+        cures=_anew("depth"),
+        description="Of twenty depth images, one arrives.",
+    ),
+    Fault(
+        name="stepped_clock",
+        failure="F2",
+        node="depth",
+        value=0.25,
+        limits=(0.0, 60.0),
+        cures=((_redeploy("depth"),),),
+        description="The depth camera's clock has stepped until a new process sets it: no stamp fits a colour image's.",
+    ),
+    Fault(
+        name="short_buffer",
+        failure="F3",
+        node="sensor_fusion",
+        cures=_anew("sensor_fusion"),
+        description="The fusion sends half of each image only, which the segmentation drops.",
+    ),
+    Fault(
+        name="hot_processor",
+        failure="F3",
+        node="segmentation",
+        kind=FaultKind.EXTERNAL,
+        cures=((_MODALITIES[1],), (_MODALITIES[2],)),
+        description="It is hot, and the network of both images takes 2.5 s a frame; those of one image do not.",
+    ),
+    Fault(
+        name="upside_down",
+        failure="F4",
+        node="camera",
+        cures=((_redeploy("camera"),),),
+        description="The camera has forgotten how it is mounted, and turns its images by half.",
+    ),
+    Fault(
+        name="idle_input",
+        failure="F2",
+        node="sensor_fusion",
+        parameter="topic_camera_input",
+        value="rgb_enhanced",
+        healthy="rgb_camera",
+        kind=FaultKind.CONFIGURATION,
+        cures=((_USE_CAMERA,),),
+        description="The fusion was left on the enhanced images, which nobody publishes.",
+    ),
+)
+
+SEALED: Final = ("upside_down", "idle_input")
+"""Those that no suite has."""
+
+UNLISTED: Final = Extension(
+    faults=_FAULTS,
+    exclusive=(("idle_input", "image_degradation"), ("idle_input", "unneeded_enhancement")),
+    suites={"wild": read_text(Path(__file__).with_name("suite.yaml"))},
+)

@@ -1,0 +1,212 @@
+"""The managed nodes with what may go wrong in them that no catalogue lists.
+
+They stand in the place of the ordinary ones in runs that have such a fault, and in no other. Until one comes they do
+the same, and their lists of parameters are the same, too.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from types import MappingProxyType
+from typing import Any, Final, TypeAlias, cast
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from sunset.faults import blur
+from sunset.interfaces.rcl_interfaces.msg import ListParametersResult
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.stamps import NS_PER_S, stamp_of
+from sunset.interfaces.std_msgs.msg import Header
+from sunset.interfaces.system_interfaces.msg import FusionType, SensorFusion
+from sunset.nodes import AdaptiveNode, Camera, Depth, FaultParameter, Fusion, NodeParameter, SegmentationNode
+from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_bgr, image_of_depth, stamp_ns
+
+_ARRIVING: Final = 20
+"""One in so many images arrives on a link that loses them."""
+_SLOW_S: Final = 2.5
+"""Time that a segmentation of both images takes where the processor is hot."""
+_SCATTER: Final = 6 / 256
+"""Standard deviation of how far scattered light is off, as a share of the image's width."""
+
+Colours: TypeAlias = npt.NDArray[np.uint8]
+Depths: TypeAlias = npt.NDArray[np.uint16]
+
+
+def overexpose(bgr: Colours, strength: float) -> Colours:
+    """Multiply the light by 1 + `strength`; what is too bright is white."""
+    return cast("Colours", cv2.convertScaleAbs(bgr, alpha=1 + strength))
+
+
+def tint(bgr: Colours, strength: float) -> Colours:
+    """Multiply blue by 1 + `strength`, and red by 1 - `strength`."""
+    return cast("Colours", cv2.transform(bgr, np.diag([1 + strength, 1.0, 1 - strength])))
+
+
+def scatter(bgr: Colours, strength: float) -> Colours:
+    """Replace a share of the light by that of the surroundings."""
+    return cast(
+        "Colours", cv2.addWeighted(bgr, 1 - strength, blur(bgr, _SCATTER * bgr.shape[1]), strength, 0)
+    )
+
+
+def turn(bgr: Colours, strength: float) -> Colours:
+    """Turn an image by half, whatever the strength."""
+    del strength
+    return cast("Colours", cv2.rotate(bgr, cv2.ROTATE_180))
+
+
+def scale(depth: Depths, strength: float) -> Depths:
+    """Multiply a depth image by 1 + `strength`."""
+    scaled: Depths = np.clip(np.rint(depth * (1 + strength)), 0, 65535).astype(np.uint16)
+    return scaled
+
+
+class _Unlisted(AdaptiveNode):
+    """A node that does not list the parameters of its own class."""
+
+    def list_parameters(self, prefixes: Sequence[str], depth: int) -> ListParametersResult:
+        """Return the names of the others."""
+        listed = super().list_parameters(prefixes, depth)
+        listed.names = [name for name in listed.names if name not in vars(type(self))]
+        return listed
+
+
+class WildCamera(_Unlisted, Camera):
+    """A camera whose images may be old, too bright, of the wrong colours, seen through a film, or upside down."""
+
+    frozen_image = FaultParameter(
+        False, "internal fault: the last image comes again and again", cured_by_restart=True
+    )
+    overexposure = FaultParameter(
+        0.0,
+        "internal fault: how much more light is taken than is right, as a share, until a redeploy",
+        minimum=0.0,
+        maximum=20.0,
+    )
+    lens_film = FaultParameter(
+        0.0,
+        "internal fault: share of the light that a film on the lens scatters, until the start shakes it off",
+        minimum=0.0,
+        maximum=1.0,
+        cured_by_restart=True,
+    )
+    cold_light = NodeParameter(
+        0.0, "external fault: how far the light is off, to the blue side", minimum=0.0, maximum=1.0
+    )
+    upside_down = FaultParameter(False, "internal fault: the images are turned by half, until a redeploy")
+
+    def set_up(self) -> None:
+        """Name the input and the output."""
+        super().set_up()
+        self._last: Colours | None = None
+
+    def _on_image(self, message: Image) -> None:
+        seen = array_of_bgr(message)
+        if self._last is None or not self.frozen_image:
+            self._last = seen
+        bgr = self._last
+        for degrade, strength in (
+            (overexpose, self.overexposure),
+            (tint, self.cold_light),
+            (scatter, self.lens_film),
+            (turn, self.upside_down),
+        ):
+            bgr = degrade(bgr, strength) if strength else bgr
+        super()._on_image(message if bgr is seen else image_of_bgr(message.header, bgr))
+
+
+class WildDepth(_Unlisted, Depth):
+    """A depth camera whose scale may be off, whose link may lose images, and whose clock may step."""
+
+    scale_error = FaultParameter(
+        0.0,
+        "internal fault: how much too far everything is, as a share, until a redeploy",
+        minimum=0.0,
+        maximum=10.0,
+    )
+    lossy_link = FaultParameter(
+        False, "internal fault: few images arrive, until a restart", cured_by_restart=True
+    )
+    stepped_clock = FaultParameter(
+        0.0,
+        "internal fault: seconds by which the stamps are late, until a redeploy",
+        minimum=0.0,
+        maximum=60.0,
+    )
+
+    def set_up(self) -> None:
+        """Name the input and the output."""
+        super().set_up()
+        self._lost = 0
+
+    def _on_image(self, message: Image) -> None:
+        if self.lossy_link:
+            self._lost += 1
+            if self._lost % _ARRIVING:
+                return
+        if self.scale_error:
+            message = image_of_depth(message.header, scale(array_of_depth(message), self.scale_error))
+        if self.stepped_clock:
+            message = _restamped(message, stamp_ns(message.header) + round(self.stepped_clock * NS_PER_S))
+        super()._on_image(message)
+
+
+class WildFusion(_Unlisted, Fusion):
+    """A fusion that may send half of each image only."""
+
+    short_buffer = FaultParameter(
+        False, "internal fault: images are cut when they are sent, until a restart", cured_by_restart=True
+    )
+
+    def _publish(self, header: Header, *, rgb: Image | None = None, depth: Image | None = None) -> None:
+        super()._publish(header, rgb=rgb, depth=_cut(depth) if depth and self.short_buffer else depth)
+
+    def _shifted(self, rgb: Image) -> Image:
+        shifted = super()._shifted(rgb)
+        return _cut(shifted) if self.short_buffer else shifted
+
+
+class WildSegmentation(_Unlisted, SegmentationNode):
+    """A segmentation whose processor may be too hot for the network of both images."""
+
+    hot_processor = NodeParameter(False, "external fault: the network of both images takes seconds")
+
+    def set_up(self) -> None:
+        """Name the input and the output."""
+        super().set_up()
+        self._is_busy = False
+
+    def _on_fused(self, message: SensorFusion) -> None:
+        if not self.hot_processor or message.modality.fusion_type != FusionType.FUSION:
+            super()._on_fused(message)
+        elif not self._is_busy:
+            self._is_busy = True
+            self.call_later(_SLOW_S, partial(self._finish, message))
+
+    def _finish(self, message: SensorFusion) -> None:
+        self._is_busy = False
+        super()._on_fused(message)
+
+
+NODE_CLASSES: Final[Mapping[str, type[Any]]] = MappingProxyType(
+    {
+        "camera": WildCamera,
+        "depth": WildDepth,
+        "sensor_fusion": WildFusion,
+        "segmentation": WildSegmentation,
+    }
+)
+"""Managed node → the class that runs in its place."""
+
+
+def _restamped(image: Image, time_ns: int) -> Image:
+    restamped = image.copy()
+    restamped.header = Header(stamp=stamp_of(time_ns), frame_id=image.header.frame_id)
+    return restamped
+
+
+def _cut(image: Image) -> Image:
+    cut = image.copy()
+    cut.data = image.data[: image.data.size // 2]
+    return cut

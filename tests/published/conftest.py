@@ -1,0 +1,5 @@
+"""Stored runs, as those that are evaluated."""
+
+from tests.evaluation.conftest import edit, store
+
+__all__ = ["edit", "store"]

@@ -83,7 +83,7 @@ def test_one_that_hangs_is_ended_and_the_run_goes_on(tmp_path: Path) -> None:
         scenario=load_scenario("nofault"),
         manager=f"{file}:Hangs",
         settings=Settings(
-            timing=Timing(duration_s=2.0, warm_up_s=1.0), middleware="cyclonedds", manager_limit_s=1.0
+            timing=Timing(duration_s=6.0, warm_up_s=1.0), middleware="cyclonedds", manager_limit_s=1.0
         ),
     )
     result = run(spec, tmp_path / "run")

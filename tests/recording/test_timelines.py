@@ -155,7 +155,7 @@ def test_an_injection_is_never_before_the_start_that_orders_it() -> None:
 
 @pytest.mark.parametrize(
     ("kind", "counted"),
-    [("redeploy", [2.0]), ("shutdown", [1.0, 2.0]), ("set_parameters", [1.0, 2.0]), ("activate", [1.0, 2.0])],
+    [("redeploy", [2.0]), ("shutdown", [2.0]), ("set_parameters", [1.0, 2.0]), ("activate", [1.0, 2.0])],
 )
 def test_before_the_first_frame_only_what_leaves_nothing_behind_does_not_count(
     kind: str, counted: list[float]

@@ -61,6 +61,8 @@ _OTHERS: Final = (
 _TRANSITIONS: Final = "/transition_event"
 """How the topics end on which managed nodes say what their lifecycle states are."""
 
+_ENDING: Final = ("redeploy", "shutdown")  # commands that end a process, so that nothing of it is left
+
 _M = TypeVar("_M", bound=Message)
 
 
@@ -244,7 +246,7 @@ def _commands(
             successful=command.successful,
         )
         for command in found
-        if ns_of(command.stamp) >= first_ns or command.kind != "redeploy"  # which leaves nothing behind
+        if ns_of(command.stamp) >= first_ns or command.kind not in _ENDING
     ]
     return tuple(sorted(commands, key=lambda command: command.time))
 

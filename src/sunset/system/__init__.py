@@ -30,6 +30,8 @@ from sunset.system.description import (
     Signal,
     Topic,
     Value,
+    redeploy,
+    restart,
 )
 from sunset.system.harness import (
     BAG_PLAYER,
@@ -77,7 +79,9 @@ from sunset.system.paper import (
     DEPTH_DEGRADATION_RANGE,
     ENTROPY_SIGNAL,
     IMAGE_DEGRADATION_RANGE,
+    MODALITIES,
     SHARPNESS_SIGNAL,
+    USE_CAMERA,
 )
 from sunset.system.suites import Suite, names_in_suite
 from sunset.system.system import Extension, System
@@ -108,6 +112,7 @@ __all__ = [
     "LONGEST_DELAY_S",
     "MANAGER_PROCESS",
     "MANAGING_SYSTEM",
+    "MODALITIES",
     "NAMESPACE",
     "OFF_LIMITS_TOPICS",
     "PARAMETER_EVENTS_TOPIC",
@@ -123,6 +128,7 @@ __all__ = [
     "SURROUNDING",
     "TASKS",
     "TRUTH_TOPIC",
+    "USE_CAMERA",
     "WINDOW",
     "Adaptation",
     "AdaptationKind",
@@ -161,6 +167,8 @@ __all__ = [
     "load_extension",
     "loaded_extensions",
     "names_in_suite",
+    "redeploy",
+    "restart",
     "scenario_name",
     "short_name",
     "state_entry",

@@ -15,6 +15,8 @@ from sunset.system.description import (
     NodeDescription,
     Sensor,
     Signal,
+    redeploy,
+    restart,
 )
 from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
 from sunset.system.names import full_name, is_topic_name
@@ -146,7 +148,7 @@ def check_fault_parameter(fault: Fault, node_class: type) -> None:
             f"The parameter {fault.parameter!r} of the class {node_class.__name__} ends with {action!r}, which is no "
             f"@action there: {suggestion(action, vars(node_class))}add it, or leave ends_with out."
         )
-    restarted = (Adaptation(AdaptationKind.RESTART, fault.node),) in fault.cures
+    restarted = (restart(fault.node),) in fault.cures
     if getattr(parameter, "cured_by_restart", restarted) != restarted:
         raise ExtensionError(
             f"A restart of {fault.node} {'is a' if restarted else 'is no'} cure of the fault {fault.name}: say "
@@ -288,10 +290,7 @@ def check_fault(fault: Fault, nodes: Mapping[str, NodeDescription], failures: Ma
         raise ExtensionError(f"{what} needs limits, since its value {fault.value!r} is a number.")
     elif not fault.limits[0] <= fault.value <= fault.limits[1]:
         raise ExtensionError(f"{what} needs a value within its limits {fault.limits}, got {fault.value!r}.")
-    if (
-        fault.kind is FaultKind.INTERNAL
-        and (Adaptation(AdaptationKind.REDEPLOY, fault.node),) not in fault.cures
-    ):
+    if fault.kind is FaultKind.INTERNAL and (redeploy(fault.node),) not in fault.cures:
         raise ExtensionError(
             f"{what} is internal to {fault.node}, so that a redeploy of it ends it: add that to the cures, or say "
             "another kind."

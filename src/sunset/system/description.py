@@ -192,6 +192,16 @@ class Adaptation:
         return f"{self.kind} {self.node}"
 
 
+def restart(node: str) -> Adaptation:
+    """Return the restart of a node."""
+    return Adaptation(AdaptationKind.RESTART, node)
+
+
+def redeploy(node: str) -> Adaptation:
+    """Return the redeploy of a node."""
+    return Adaptation(AdaptationKind.REDEPLOY, node)
+
+
 Sensor: TypeAlias = Literal["camera", "depth"]
 """Whose images."""
 

@@ -14,6 +14,8 @@ from sunset.system.description import (
     NodeDescription,
     Signal,
     Topic,
+    redeploy,
+    restart,
 )
 from sunset.system.suites import suite_text
 from sunset.system.system import Extension
@@ -106,21 +108,17 @@ _FAILURES: Final = (
 )
 
 
-def _restart(node: str) -> Adaptation:
-    return Adaptation(AdaptationKind.RESTART, node)
-
-
-def _redeploy(node: str) -> Adaptation:
-    return Adaptation(AdaptationKind.REDEPLOY, node)
-
-
 _ACTIVATE_ENHANCEMENT = Adaptation(AdaptationKind.ACTIVATE, "image_enhancement")
 _DEACTIVATE_ENHANCEMENT = Adaptation(AdaptationKind.DEACTIVATE, "image_enhancement")
-_USE_CAMERA = Adaptation(AdaptationKind.CHANGE_TOPIC, "sensor_fusion", "topic_camera_input", "rgb_camera")
+USE_CAMERA: Final = Adaptation(
+    AdaptationKind.CHANGE_TOPIC, "sensor_fusion", "topic_camera_input", "rgb_camera"
+)
+"""The fusion takes the camera's images again."""
 _USE_ENHANCED = Adaptation(AdaptationKind.CHANGE_TOPIC, "sensor_fusion", "topic_camera_input", "rgb_enhanced")
-_MODALITIES = tuple(
+MODALITIES: Final = tuple(
     Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "modality", value) for value in (0, 1, 2)
 )
+"""The fusion passes on both images, the camera's alone, the depth camera's alone."""
 _RECALIBRATE = Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "do_recalibration", value=True)
 _AUTOFOCUS = Adaptation(AdaptationKind.SET_PARAMETER, "camera", "perform_autofocus", value=True)
 
@@ -143,42 +141,42 @@ _FAULTS: Final = (
         name="camera_driver_issue",
         failure="F1",
         node="camera",
-        cures=((_restart("camera"),), (_redeploy("camera"),)),
+        cures=((restart("camera"),), (redeploy("camera"),)),
         description="The camera's driver hangs and no image comes out until it is started anew.",
     ),
     Fault(
         name="hardware_disconnect",
         failure="F1",
         node="camera",
-        cures=((_redeploy("camera"),),),
+        cures=((redeploy("camera"),),),
         description="The camera has lost its connection, which only starting the hardware anew brings back.",
     ),
     Fault(
         name="sync_issue",
         failure="F2",
         node="sensor_fusion",
-        cures=((_restart("sensor_fusion"),), (_redeploy("sensor_fusion"),)),
+        cures=((restart("sensor_fusion"),), (redeploy("sensor_fusion"),)),
         description="The fusion no longer finds matching pairs of images until it is started anew.",
     ),
     Fault(
         name="memory_leakage",
         failure="F2",
         node="sensor_fusion",
-        cures=((_redeploy("sensor_fusion"),),),
+        cures=((redeploy("sensor_fusion"),),),
         description="The fusion has used up its memory, which only a new process gives back.",
     ),
     Fault(
         name="cuda_out_of_memory",
         failure="F3",
         node="segmentation",
-        cures=((_restart("segmentation"),), (_redeploy("segmentation"),)),
+        cures=((restart("segmentation"),), (redeploy("segmentation"),)),
         description="The segmentation gets no memory on the graphics card until it is started anew.",
     ),
     Fault(
         name="gpu_failure",
         failure="F3",
         node="segmentation",
-        cures=((_redeploy("segmentation"),),),
+        cures=((redeploy("segmentation"),),),
         description="The graphics card has failed, which only starting the hardware anew brings back.",
     ),
     Fault(
@@ -204,7 +202,7 @@ _FAULTS: Final = (
         value="rgb_enhanced",
         healthy="rgb_camera",
         kind=FaultKind.CONFIGURATION,
-        cures=((_USE_CAMERA,),),
+        cures=((USE_CAMERA,),),
         injection=(_ACTIVATE_ENHANCEMENT, _USE_ENHANCED),
         effect=Effect(
             degrade="sunset.faults:enhance_image", strengths=_DEGRADATIONS, suite="image_degradation"
@@ -216,7 +214,7 @@ _FAULTS: Final = (
         failure="F4",
         node="sensor_fusion",
         value=10,
-        cures=((_RECALIBRATE,), (_redeploy("sensor_fusion"),)),
+        cures=((_RECALIBRATE,), (redeploy("sensor_fusion"),)),
         limits=(0, 1920),
         effect=Effect(
             degrade="sunset.faults:misalign_image",
@@ -231,7 +229,7 @@ _FAULTS: Final = (
         node="depth",
         value=0.25,
         kind=FaultKind.EXTERNAL,
-        cures=((_MODALITIES[1],),),
+        cures=((MODALITIES[1],),),
         limits=DEPTH_DEGRADATION_RANGE,
         effect=Effect(
             degrade="sunset.faults:degrade_depth",
@@ -246,7 +244,7 @@ _FAULTS: Final = (
         name="autofocus_needed",
         failure="F5",
         node="camera",
-        cures=((_AUTOFOCUS,), (_redeploy("camera"),)),
+        cures=((_AUTOFOCUS,), (redeploy("camera"),)),
         effect=Effect(
             degrade="sunset.faults:defocus_image",
             strengths=(0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0),
@@ -288,9 +286,9 @@ PAPER: Final = Extension(
     adaptations=(
         _ACTIVATE_ENHANCEMENT,
         _DEACTIVATE_ENHANCEMENT,
-        _USE_CAMERA,
+        USE_CAMERA,
         _USE_ENHANCED,
-        *_MODALITIES,
+        *MODALITIES,
         _RECALIBRATE,
         _AUTOFOCUS,
     ),

@@ -30,6 +30,8 @@ from sunset.system.description import (
     NodeDescription,
     Signal,
     Topic,
+    redeploy,
+    restart,
 )
 from sunset.system.harness import (
     COMMANDS_TOPIC,
@@ -192,8 +194,8 @@ class System:
         """Every adaptation that the system offers, each once."""
         steps = (step for fault in self.faults.values() for cure in fault.cures for step in cure)
         offered = [
-            *(Adaptation(AdaptationKind.RESTART, node) for node in self.nodes),
-            *(Adaptation(AdaptationKind.REDEPLOY, node) for node in self.nodes),
+            *(restart(node) for node in self.nodes),
+            *(redeploy(node) for node in self.nodes),
             *(adaptation for part in self.parts for adaptation in part.adaptations),
             *steps,
         ]
@@ -201,8 +203,11 @@ class System:
 
     def price(self, kind: str) -> float:
         """Return what an adaptation costs, in frames; any other lifecycle transition costs what an activation does."""
-        prices = {str(known): price for part in self.parts for known, price in part.prices.items()}
-        return prices.get(kind, prices[AdaptationKind.ACTIVATE])
+        return self._prices.get(kind, self._prices[AdaptationKind.ACTIVATE])
+
+    @cached_property
+    def _prices(self) -> Mapping[str, float]:
+        return {kind: price for part in self.parts for kind, price in part.prices.items()}
 
     @cached_property
     def exclusive(self) -> tuple[tuple[str, str], ...]:

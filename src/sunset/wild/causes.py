@@ -11,26 +11,22 @@ from pathlib import Path
 from typing import Final
 
 from sunset.input_files import read_text
-from sunset.system import Adaptation, AdaptationKind, Extension, Fault, FaultKind
-
-
-def _restart(node: str) -> Adaptation:
-    return Adaptation(AdaptationKind.RESTART, node)
-
-
-def _redeploy(node: str) -> Adaptation:
-    return Adaptation(AdaptationKind.REDEPLOY, node)
+from sunset.system import (
+    MODALITIES,
+    USE_CAMERA,
+    Adaptation,
+    Extension,
+    Fault,
+    FaultKind,
+    redeploy,
+    restart,
+)
 
 
 def _anew(node: str) -> tuple[tuple[Adaptation, ...], ...]:
     """Return the cures of what a new start of a node ends."""
-    return (_restart(node),), (_redeploy(node),)
+    return (restart(node),), (redeploy(node),)
 
-
-_MODALITIES = tuple(
-    Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "modality", value) for value in (0, 1, 2)
-)
-_USE_CAMERA = Adaptation(AdaptationKind.CHANGE_TOPIC, "sensor_fusion", "topic_camera_input", "rgb_camera")
 
 _FAULTS: Final = (
     Fault(
@@ -46,7 +42,7 @@ _FAULTS: Final = (
         node="camera",
         value=0.75,
         limits=(0.0, 20.0),
-        cures=((_redeploy("camera"),),),
+        cures=((redeploy("camera"),),),
         description="The camera's exposure control is off until the hardware starts anew: its images are too bright.",
     ),
     Fault(
@@ -56,7 +52,7 @@ _FAULTS: Final = (
         value=0.3,
         limits=(0.0, 1.0),
         kind=FaultKind.EXTERNAL,
-        cures=((_MODALITIES[2],),),
+        cures=((MODALITIES[2],),),
         description="The light is so blue that the networks of colour images fail; that of depth images does not.",
     ),
     Fault(
@@ -74,7 +70,7 @@ _FAULTS: Final = (
         node="depth",
         value=2.0,
         limits=(0.0, 10.0),
-        cures=((_redeploy("depth"),),),
+        cures=((redeploy("depth"),),),
         description="The depth camera's scale is off until the hardware starts anew: all is too far away.",
     ),
     Fault(
@@ -90,7 +86,7 @@ _FAULTS: Final = (
         node="depth",
         value=0.25,
         limits=(0.0, 60.0),
-        cures=((_redeploy("depth"),),),
+        cures=((redeploy("depth"),),),
         description="The depth camera's clock has stepped until a new process sets it: no stamp fits a colour image's.",
     ),
     Fault(
@@ -105,14 +101,14 @@ _FAULTS: Final = (
         failure="F3",
         node="segmentation",
         kind=FaultKind.EXTERNAL,
-        cures=((_MODALITIES[1],), (_MODALITIES[2],)),
+        cures=((MODALITIES[1],), (MODALITIES[2],)),
         description="It is hot, and the network of both images takes 2.5 s a frame; those of one image do not.",
     ),
     Fault(
         name="upside_down",
         failure="F4",
         node="camera",
-        cures=((_redeploy("camera"),),),
+        cures=((redeploy("camera"),),),
         description="The camera has forgotten how it is mounted, and turns its images by half.",
     ),
     Fault(
@@ -123,7 +119,7 @@ _FAULTS: Final = (
         value="rgb_enhanced",
         healthy="rgb_camera",
         kind=FaultKind.CONFIGURATION,
-        cures=((_USE_CAMERA,),),
+        cures=((USE_CAMERA,),),
         description="The fusion was left on the enhanced images, which nobody publishes.",
     ),
 )

@@ -82,9 +82,9 @@ def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> Diagno
         faults_located=len(found["located"]),
         faults_identified=len(found["identified"]),
         faults_top1=len(found["top1"]),
-        t_detected_s=_mean(found["detected"]),
-        t_located_s=_mean(found["located"]),
-        t_identified_s=_mean(found["identified"]),
+        t_detected_s=mean(found["detected"]),
+        t_located_s=mean(found["located"]),
+        t_identified_s=mean(found["identified"]),
         false_alarms=alarms,
         faultless_s=round(faultless_s, 9),
         brier=min(1.0, squares / timeline.duration_s / len(catalogue)),
@@ -129,6 +129,7 @@ def _says(probabilities: Iterable[float]) -> bool:
     return 1 - math.prod(1 - probability for probability in probabilities) >= SURE
 
 
-def _mean(values: Sequence[float]) -> float | None:
-    """Return the mean, rounded to nanoseconds; None of nothing."""
-    return round(sum(values) / len(values), 9) if values else None
+def mean(values: Iterable[float | None]) -> float | None:
+    """Return the mean of the values that are known, rounded to nanoseconds; None of nothing."""
+    known = [value for value in values if value is not None]
+    return round(sum(known) / len(known), 9) if known else None

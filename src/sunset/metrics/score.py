@@ -9,7 +9,7 @@ from msgspec import Meta
 
 from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
 from sunset.metrics.confusion import accumulated_iou
-from sunset.metrics.diagnoses import diagnosis_figures
+from sunset.metrics.diagnoses import diagnosis_figures, mean
 from sunset.metrics.downtime import TOLERANCE_S, downtime
 from sunset.metrics.episodes import Episode, failure_episodes
 from sunset.metrics.limits import MOST, Amount, Count, Share
@@ -130,15 +130,16 @@ def score(timeline: Timeline) -> RunMetrics:
     iou, iou_all, miou, without_truth = _frame_figures(timeline)
     faults = faults_of(timeline)
     healthy = _healthy_iou(timeline, faults)
-    found, masked_s = fault_outcomes(timeline, faults, failures, executed, healthy)
-    needless = needless_adaptations(executed, faults)
-    cost = sum(current_system().price(part.kind) for call in executed for part in call.parts)
+    parts = [part for call in executed for part in call.parts]
+    found, masked_s = fault_outcomes(timeline, faults, failures, parts, healthy)
+    needless = needless_adaptations(parts, faults)
+    cost = sum(current_system().price(part.kind) for part in parts)
     return RunMetrics(
         f_resolved_per_adaptation=len(resolved) / len(executed) if executed else None,
-        t_react_s=_mean([episode.t_react for episode in resolved]),
-        t_detect_s=_mean([episode.t_detect for episode in resolved]),
-        t_decide_s=_mean([episode.t_decide for episode in resolved]),
-        t_repair_s=_mean([episode.t_repair for episode in resolved]),
+        t_react_s=mean([episode.t_react for episode in resolved]),
+        t_detect_s=mean([episode.t_detect for episode in resolved]),
+        t_decide_s=mean([episode.t_decide for episode in resolved]),
+        t_repair_s=mean([episode.t_repair for episode in resolved]),
         redeploys_unnecessary=len(unnecessary_redeploys(executed, timeline.injections)),
         t_down_s=down,
         availability=1.0 - down / timeline.duration_s,
@@ -154,7 +155,7 @@ def score(timeline: Timeline) -> RunMetrics:
         faults_cured=sum(outcome.cured is not None for outcome in found) if found else None,
         faults_masked=None if masked_s is None else sum(bool(outcome.masked_s) for outcome in found),
         masked_s=masked_s,
-        uncured_s=_mean([outcome.uncured_s for outcome in found]),
+        uncured_s=mean([outcome.uncured_s for outcome in found]),
         needless=len(needless),
         cost_frames=cost,
         iou_healthy=healthy,
@@ -168,12 +169,6 @@ def score(timeline: Timeline) -> RunMetrics:
         outcomes=found,
         needless_adaptations=needless,
     )
-
-
-def _mean(values: Sequence[float | None]) -> float | None:
-    """Return the mean, rounded to nanoseconds; None of nothing."""
-    known = [value for value in values if value is not None]
-    return round(sum(known) / len(known), 9) if known else None
 
 
 def _healthy_iou(timeline: Timeline, faults: Sequence[Injection]) -> float | None:

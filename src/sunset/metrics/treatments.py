@@ -75,7 +75,7 @@ def fault_outcomes(
     timeline: Timeline,
     faults: Sequence[Injection],
     episodes: Sequence[Episode],
-    executed: Sequence[ExecutedAdaptation],
+    parts: Sequence[ExecutedAdaptation],
     healthy: float | None,
 ) -> tuple[tuple[FaultOutcome, ...], float | None]:
     """Return what became of each fault, and for how long any of them was masked [s].
@@ -86,7 +86,7 @@ def fault_outcomes(
         timeline: of the run.
         faults: its faults.
         episodes: those of all failures, which say when symptoms held.
-        executed: its adaptations, in order of time.
+        parts: its adaptations, in order of time; a call that sets several parameters is one for each.
         healthy: the mean IoU of healthy frames; None if there is none.
     """
     settings = Settings(timeline.settings)
@@ -97,9 +97,9 @@ def fault_outcomes(
         lasting = [start for start, stop in in_place if stop - start >= SILENCE_S]
         ended = fault.ended if fault.cause else fault.cured_away
         # a process may also end by itself
-        is_treated = any(_treats(part, fault) for call in executed for part in call.parts)
+        is_treated = any(_treats(part, fault) for part in parts)
         ends = [ended] if ended is not None and ended <= timeline.duration_s and is_treated else []
-        hidden = _hidden(timeline, fault, until, episodes, executed)
+        hidden = _hidden(timeline, fault, until, episodes, parts)
         for start, stop in in_place:
             hidden &= (timeline.frames.times < start) | (timeline.frames.times >= stop)
         masks.append(hidden & (timeline.frames.iou < MASKING_SHARE * (healthy or 0.0)))
@@ -121,16 +121,17 @@ def fault_outcomes(
 
 
 def needless_adaptations(
-    executed: Sequence[ExecutedAdaptation], faults: Sequence[Injection]
+    parts: Sequence[ExecutedAdaptation], faults: Sequence[Injection]
 ) -> tuple[ExecutedAdaptation, ...]:
     """Return the adaptations that are no step of a cure of any fault that was there at the time.
 
-    A call that sets several parameters is one adaptation for each. A fault that comes and goes is there until an
-    adaptation has cured it while it was away.
+    A fault that comes and goes is there until an adaptation has cured it while it was away.
+
+    Args:
+        parts: the adaptations; a call that sets several parameters is one for each.
+        faults: those of the run.
     """
-    return tuple(
-        part for call in executed for part in call.parts if not any(_treats(part, fault) for fault in faults)
-    )
+    return tuple(part for part in parts if not any(_treats(part, fault) for fault in faults))
 
 
 def _treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
@@ -152,9 +153,8 @@ def _performs(adaptation: ExecutedAdaptation, step: Adaptation, fault: Fault) ->
         return True
     if adaptation.node != step.node:
         return False
-    if (
-        step.kind is AdaptationKind.ACTIVATE
-    ):  # the strength at which the node that is activated undoes the fault
+    if step.kind is AdaptationKind.ACTIVATE:
+        # the strength at which the node that is activated undoes the fault
         return fault.parameter in adaptation.parameters
     if step.kind is AdaptationKind.RESTART:
         return adaptation.kind in _PARTS_OF_RESTART

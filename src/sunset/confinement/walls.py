@@ -201,9 +201,8 @@ def _needed() -> tuple[Path, ...]:
     """Return what Python needs of the file system, and what programs do."""
     programs = Path(_PROGRAMS[0]).glob(_PROGRAMS[1])
     places = dict.fromkeys([*map(Path, _SYSTEM), *programs, _PACKAGE, *_python()])
-    return tuple(
-        place for place in places if os.access(place, os.F_OK)
-    )  # a home may be closed to who runs this
+    # a home may be closed to who runs this
+    return tuple(place for place in places if os.access(place, os.F_OK))
 
 
 def _python() -> Iterable[Path]:

@@ -103,18 +103,21 @@ class ScoreTable:
     """The managing systems of a suite, on all its flights, from the best to the worst.
 
     Attributes:
-        suite: empty for scenarios of one's own.
         example: one of the runs, which have all but managing system, scenario, flight and seed in common.
         rows: by score; by harm, where there is nothing to repair in most runs; else by the mean utility.
         differences: between every two that looked at the same, the better first.
         orders: multiple of the prices → the rows' names by the score at these prices; empty without scores.
     """
 
-    suite: str
     example: RunRow
     rows: tuple[ScoreRow, ...]
     differences: tuple[ManagerDifference, ...]
     orders: Mapping[float, tuple[str, ...]]
+
+    @property
+    def suite(self) -> str:
+        """The suite's name; empty for scenarios of one's own."""
+        return self.example.suite
 
     @property
     def has_scores(self) -> bool:
@@ -227,10 +230,8 @@ def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
             )
         )
     rows.sort(key=lambda row: _rank(row, figures[row.system]))
-    example = next(iter(systems.values()))[0]
     return ScoreTable(
-        suite=example.suite,
-        example=example,
+        example=next(iter(systems.values()))[0],
         rows=tuple(rows),
         differences=differences(
             {row.system: figures[row.system] for row in rows},

@@ -17,6 +17,7 @@ from sunset.errors import RecordError
 from sunset.metrics import Evidence, FaultOutcome, RunMetrics
 from sunset.metrics.limits import MOST, Amount, Count, Positive, Share
 from sunset.schemas import convert, fields_of, read_json
+from sunset.system import REPAIR, TASKS
 
 RECORD_VERSION: Final = 1
 """The version of the layout of records."""
@@ -35,7 +36,7 @@ SCORE_REFERENCES: Final = ("none", "oracle")
 
 _REMEDY: Final = "run it again, or use --recompute"
 _Period = Annotated[float, Meta(gt=0.001, le=MOST)]
-_Task = Annotated[str, Meta(pattern="^(repair|diagnose)$")]
+_Task = Annotated[str, Meta(pattern=f"^({'|'.join(TASKS)})$")]
 _Size = Annotated[list[Annotated[int, Meta(gt=0, le=MOST)]], Meta(min_length=2, max_length=2)]
 
 
@@ -153,7 +154,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     duration_s: Positive
     period_s: _Period
     expected_frames: Annotated[int, Meta(gt=0, le=MOST)]
-    task: _Task = "repair"
+    task: _Task = REPAIR
     thinking_s: Positive | UnsetType = UNSET
     entropy_threshold: Positive
     sharpness_threshold: Positive
@@ -309,7 +310,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     timing: dict[str, float]
     middleware: str = "sim"
     speed: float = 1.0
-    task: _Task = "repair"
+    task: _Task = REPAIR
     thinking_s: float = 0.0
     versions: dict[str, str]
     extensions: dict[str, str] = {}

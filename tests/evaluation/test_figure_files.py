@@ -17,7 +17,7 @@ from sunset.cli import main
 from sunset.evaluation import RunRow, format_runs
 
 UGLY = "my<b>$x_1$ & 中:Mine"
-NAMES = ["scores", "differences", "profiles", "costs", "fates", "uncured"]
+NAMES = ["scores", "differences", "fates", "uncured"]
 Store = Callable[..., Path]
 
 
@@ -75,10 +75,10 @@ def test_figures_are_written_with_their_data(
     main(["report", str(tmp_path), "--figures", str(tmp_path / "out")])
     told = capsys.readouterr()
     assert told.out == ""
-    assert "4 of 6 figures drawn, and the data of all: " in told.err
+    assert "3 of 4 figures drawn, and the data of all: " in told.err
     assert "Score by suite and by flight: A score needs" in told.err
     files = {file.name for file in (tmp_path / "out").iterdir()}
-    drawn = [name for name in NAMES if name not in {"scores", "profiles"}]
+    drawn = [name for name in NAMES if name != "scores"]
     assert files == {"captions.txt"} | {f"{name}.csv" for name in NAMES} | {
         f"{name}.{form}" for name in drawn for form in ("pdf", "svg", "png")
     }

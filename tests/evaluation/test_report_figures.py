@@ -77,7 +77,7 @@ def ladder() -> Mapping[str, ReportFigure]:
 
 
 def test_every_figure_shows_something_and_lacks_nothing(ladder: Mapping[str, ReportFigure]) -> None:
-    assert list(ladder) == ["scores", "differences", "profiles", "costs", "fates", "uncured"]
+    assert list(ladder) == ["scores", "differences", "fates", "uncured"]
     for figure in ladder.values():
         assert panels_of(figure)
         assert not figure.missing
@@ -114,25 +114,6 @@ def test_scores_are_by_suite_and_of_several_flights_by_flight() -> None:
         ("", "town", "3"),
     ]
     assert [float(line["score"]) for line in lines] == pytest.approx([0.5] * 3)
-
-
-def test_profiles_are_shares_of_runs(ladder: Mapping[str, ReportFigure]) -> None:
-    down, iou = panels_of(ladder["profiles"])
-    for panel, at, shares in (
-        (down, (3.5, 4.5, 8.5), (0, 2 / 3, 1)),
-        (iou, (0.28, 0.295, 0.305), (1, 2 / 3, 1 / 3)),
-    ):
-        x, y = panel.lines[1].get_data()
-        assert [y[x <= value][-1] for value in at] == pytest.approx(shares)
-    last = [line for line in data_of(ladder["profiles"]) if line["system"] == "oracle"][-1]
-    assert (last["figure"], last["runs"], float(last["share"])) == ("iou_all", "3", 0)
-
-
-def test_costs_are_what_the_utility_is_below_iou_all() -> None:
-    found = [replace(one, metrics={**one.metrics, "utility": 0.25}) for one in runs("baseline")]
-    baseline = data_of(figures([*found, *runs("none")])["costs"])[1]
-    assert float(baseline["cost"]) == pytest.approx(0.05)
-    assert float(baseline["iou_all"]) == pytest.approx(0.3)
 
 
 def test_times_without_a_cure_are_means_over_faults(ladder: Mapping[str, ReportFigure]) -> None:
@@ -184,19 +165,6 @@ def test_remarks_say_who_was_run_less_and_which_runs_are_left_out() -> None:
     ]
 
 
-def test_suites_without_differences_or_room_are_named() -> None:
-    flat = [
-        replace(one, metrics={**one.metrics, "iou_all": 0.4}) for one in campaign(IOU_ALL, suites=("calm",))
-    ]
-    profiles = figures([*flat, *campaign(IOU_ALL, suites=("paper", "timed", "b", "a"))])["profiles"]
-    titles = [title for panel in panels_of(profiles) if (title := panel.get_title(loc="left"))]
-    assert titles == ["timed", "paper", "a"]
-    assert len(panels_of(profiles)) == 6
-    assert profiles.missing == [
-        "Not drawn, but in the data, for want of runs, of a difference of 0.02 in IoU_all, or of room: b and calm."
-    ]
-
-
 def test_every_figure_fits_a_page_with_all_of_its_text() -> None:
     flights = [f"town{place}-110m-75deg-morning-hazy-and-so-on" for place in range(3)]
     suites = ("timed", "", "paper", "outages")
@@ -222,11 +190,8 @@ def test_every_figure_fits_a_page_with_all_of_its_text() -> None:
 
 
 def test_panels_to_be_compared_have_the_same_scales() -> None:
-    found = figures(campaign(IOU_ALL, suites=("timed", "paper")))
-    for name in ("costs", "fates"):
-        assert len({(panel.get_xlim(), panel.get_ylim()) for panel in panels_of(found[name])}) == 1
-    for row in (0, 1):
-        assert len({panel.get_xlim() for panel in panels_of(found["profiles"])[2 * row :][:2]}) == 1
+    fates = panels_of(figures(campaign(IOU_ALL, suites=("timed", "paper")))["fates"])
+    assert len({(panel.get_xlim(), panel.get_ylim()) for panel in fates}) == 1
 
 
 def test_long_names_keep_their_beginning_and_end() -> None:

@@ -122,7 +122,7 @@ def report_drawing(settings: Mapping[str, Any] | None = None) -> Iterator[None]:
 
 
 def panels(
-    count: int, most_columns: int, height: float, *, sharex: Any = True, sharey: Any = True
+    count: int, most_columns: int, height: float, *, sharey: bool = True
 ) -> tuple["Figure", list["Axes"]]:
     """Return a figure of so many panels, and these.
 
@@ -130,17 +130,16 @@ def panels(
         count: of the panels.
         most_columns: how many of them are beside one another at most.
         height: of each [in].
-        sharex: which panels have the same horizontal scale, as matplotlib says it.
-        sharey: likewise of the vertical scale.
+        sharey: whether all have the same vertical scale, as they have the same horizontal one.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
 
     columns = min(count, most_columns)
     rows, width = ceil(count / columns), COLUMN_IN if columns == 1 else PAGE_IN
     figure = Figure(figsize=(width, min(HEIGHT_IN, rows * height)), dpi=300, layout="constrained")
-    grid = list(figure.subplots(rows, columns, sharex=sharex, sharey=sharey, squeeze=False).flat)
+    grid = list(figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False).flat)
     for place, axes in enumerate(grid):
-        axes.tick_params(labelbottom=sharex == "row" or place + columns >= count)
+        axes.tick_params(labelbottom=place + columns >= count)
         if place >= count:
             axes.set_axis_off()
     return figure, grid[:count]

@@ -7,7 +7,7 @@ from typing import Final, TypeVar
 
 from sunset.evaluation.estimates import Estimate
 from sunset.evaluation.results import RunRow
-from sunset.evaluation.scores import LEAST_GAIN, ScoreTable, is_scored, score_rows
+from sunset.evaluation.scores import ScoreTable, is_scored, score_rows
 from sunset.evaluation.summary import manager_names, part_label
 from sunset.evaluation.system_styles import Style, in_order, styles
 from sunset.metrics import FaultOutcome
@@ -34,14 +34,6 @@ class Suite:
     systems: Systems
     table: ScoreTable | None
 
-    @property
-    def is_flat(self) -> bool:
-        """Whether there are several managing systems, and no two differ in IoU_all by what is worth a repair."""
-        means = [
-            sum(found) / len(found) for runs in self.systems.values() if (found := values(runs, "iou_all"))
-        ]
-        return len(means) > 1 and max(means) - min(means) < LEAST_GAIN
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setup:
@@ -64,11 +56,6 @@ class Setup:
     managers: Mapping[str, str]
     looks: Mapping[str, Style]
     remarks: Sequence[str]
-
-
-def values(runs: Sequence[RunRow], figure: str) -> list[float]:
-    """Return a figure of those runs that have it."""
-    return [value for run in runs if (value := run.metrics[figure]) is not None]
 
 
 def scores_of(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estimate | None]]]]:

@@ -1,14 +1,14 @@
 """The figures of a report: a function of matplotlib each."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from statistics import fmean
 from textwrap import fill
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from sunset.evaluation.estimates import Estimate, estimate
+from sunset.evaluation.estimates import Estimate
 from sunset.evaluation.figure_frame import (
     GRID,
     SOFT,
@@ -21,14 +21,12 @@ from sunset.evaluation.figure_frame import (
 from sunset.evaluation.figure_runs import (
     Fault,
     Setup,
-    Suite,
     outcomes_of,
     scores_of,
     setup_of,
-    values,
 )
 from sunset.evaluation.results import RunRow
-from sunset.evaluation.scores import LEAST_GAIN, ScoreTable
+from sunset.evaluation.scores import ScoreTable
 from sunset.evaluation.system_styles import PAPER, Style
 from sunset.figures import BLUE, can_draw
 from sunset.metrics import FATES
@@ -45,16 +43,9 @@ _MOST_ROWS: Final = 54
 """How many rows fit the height of a page."""
 _SINGLE_ROWS: Final = 32
 """How many rows are drawn in one column; more are drawn in two."""
-_TITLE: Final = 28
 _HEADING: Final = 40
 _NAME: Final = 11
-"""How many characters fit a line: of the title of a panel, of a heading in a column, and of a narrow title."""
-_STEPS: Final = 100
-"""Into how many steps a profile divides its axis."""
-_PROFILED: Final = (
-    ("t_down_s", "t_down [s]", "runs with t_down ≤ x"),
-    ("iou_all", "IoU_all", "runs with IoU_all > x"),
-)
+"""How many characters fit a line: of a heading in a column, and of a narrow title."""
 _FATE_COLOURS: Final = {"cured": BLUE, "masked": "#E69F00", "missed": PAPER}
 """From dark to light, so that they differ in grey, too."""
 
@@ -75,7 +66,7 @@ def report_figures(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list
         return []
     setup = setup_of(runs, tables)
     with report_drawing():
-        return [figure(setup) for figure in (_scores, _differences, _profiles, _costs, _fates, _uncured)]
+        return [figure(setup) for figure in (_scores, _differences, _fates, _uncured)]
 
 
 def _scores(setup: Setup) -> ReportFigure:
@@ -125,95 +116,6 @@ def _differences(setup: Setup) -> ReportFigure:
         missing=missing
         if picture
         else ["No two managing systems have runs of the same scenario, flight and seed."],
-    )
-
-
-def _profiles(setup: Setup) -> ReportFigure:
-    suites, missing = _shown(setup, 3, lambda suite: any(len(runs) > 1 for runs in suite.systems.values()))
-    lines: list[tuple[object, ...]] = []
-    picture, grid = panels(2 * len(suites), len(suites), 1.9, sharex="row") if suites else (None, [])
-    for row, (figure, label, share_label) in enumerate(_PROFILED):
-        most = max((max(values(runs, figure), default=0.0) for runs in setup.systems.values()), default=0.0)
-        at = np.linspace(0, max(0.1, most * 1.02), _STEPS + 1)
-        for suite in setup.suites:
-            known = {name: found for name, runs in suite.systems.items() if (found := values(runs, figure))}
-            for place, (name, found) in enumerate(known.items()):
-                shares = np.searchsorted(np.sort(found), at + 1e-9, side="right") / len(found)
-                shares = 1 - shares if figure == "iou_all" else shares
-                changes = np.flatnonzero(np.diff(shares, prepend=np.nan) != 0)
-                lines += [(suite.name, figure, name, len(found), at[step], shares[step]) for step in changes]
-                if suite in suites:
-                    axes = grid[row * len(suites) + suites.index(suite)]
-                    # markers stand elsewhere on each curve, so that curves on one another can be seen
-                    every = (int((place + 0.5) * 25 / len(known)), 25)
-                    axes.plot(at, shares, drawstyle="steps-post", markevery=every, **setup.looks[name].curve)
-        for axes, suite in zip(grid[row * len(suites) :][: len(suites)], suites, strict=True):
-            axes.set(xlim=(0, at[-1]), ylim=(-0.02, 1.02), xlabel=label)
-            axes.set_ylabel(share_label if suite == suites[0] else "")
-            axes.set_yticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
-            axes.set_title("" if row else fill(printable(suite.title), _TITLE))
-            axes.grid()
-    if picture:
-        _add_systems(picture, setup, "curve")
-    return ReportFigure(
-        name="profiles",
-        title="Performance profiles",
-        caption="In which share of its runs a managing system has a downtime of at most x, or an IoU_all of more than "
-        f"x. A higher curve is better. {setup.common}",
-        head=("suite", "figure", "system", "runs", "x", "share"),
-        lines=lines,
-        picture=picture,
-        missing=missing,
-    )
-
-
-def _costs(setup: Setup) -> ReportFigure:
-    suites, missing = _shown(setup, 6, lambda suite: len(suite.systems) > 1)
-    lines: list[tuple[object, ...]] = []
-    picture, grid = panels(len(suites), 3, 2.2) if suites else (None, [])
-    for suite in setup.suites:
-        for name, runs in suite.systems.items():
-            gain = estimate([run.metrics["iou_all"] for run in runs], [run.cluster for run in runs])
-            cost = estimate([_cost(run) for run in runs], [run.cluster for run in runs])
-            if gain is None or cost is None:
-                continue
-            lines.append((suite.name, name, gain.runs, *_cells(cost), *_cells(gain)))
-            if suite in suites:
-                axes, style = grid[suites.index(suite)], setup.looks[name]
-                _draw_interval(axes, cost, gain.mean, style)
-                if gain.low is not None and gain.high is not None:
-                    axes.plot(
-                        [cost.mean, cost.mean], [gain.low, gain.high], color=style.colour, linewidth=1.4
-                    )
-    for axes, suite in zip(grid, suites, strict=True):
-        axes.set_title(fill(printable(suite.title), _TITLE))
-    if picture:
-        (left, right), (bottom, top) = grid[0].get_xlim(), grid[0].get_ylim()
-        for axes in grid:
-            for level in np.arange(-1, 1, 0.1):  # sloped lines in place of a grid
-                axes.plot([left, right], [level + left, level + right], color=GRID, linewidth=0.5, zorder=0)
-            axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="cost of adaptations", ylabel="IoU_all")
-            axes.label_outer()
-        _add_systems(picture, setup, "points")
-    return ReportFigure(
-        name="costs",
-        title="IoU_all against the cost of adaptations",
-        caption="How much of IoU_all a managing system pays for its adaptations. What is left is its utility, which is "
-        f"the same along each sloped line. {_INTERVALS} {setup.common}",
-        head=(
-            "suite",
-            "system",
-            "runs",
-            "cost",
-            "cost_ci_low",
-            "cost_ci_high",
-            "iou_all",
-            "ci_low",
-            "ci_high",
-        ),
-        lines=lines,
-        picture=picture,
-        missing=missing,
     )
 
 
@@ -267,6 +169,8 @@ def _uncured(setup: Setup) -> ReportFigure:
     names, faults = list(setup.systems), sorted({fault for fault, _ in means})
     picture = None
     if faults:
+        from matplotlib.lines import Line2D  # noqa: PLC0415  an optional extra
+
         picture, (axes,) = panels(1, 1, max(1.2, 0.5 + max(0.2, 0.05 * len(names)) * len(faults)))
         for (fault, name), mean in means.items():
             # managing systems stand below one another, so that the same value of several can be seen
@@ -278,7 +182,9 @@ def _uncured(setup: Setup) -> ReportFigure:
         axes.set_xlim(left=min(0, axes.get_xlim()[0]))
         axes.grid(axis="x")
         _label_faults(axes, faults)
-        _add_systems(picture, setup, "points")
+        add_legend(
+            picture, [Line2D([], [], **setup.looks[name].points, label=short_name(name)) for name in names]
+        )
     return ReportFigure(
         name="uncured",
         title="Time without a cure by fault",
@@ -335,25 +241,8 @@ def _rows(
     return picture, [f"Not drawn, but in the data: {listed(left_out)}."] if left_out else []
 
 
-def _shown(setup: Setup, most: int, can_show: Callable[[Suite], bool]) -> tuple[list[Suite], list[str]]:
-    """Return the suites that a figure draws, and sentences on the others."""
-    shown = [suite for suite in setup.suites if can_show(suite) and not suite.is_flat][:most]
-    others = [suite.title for suite in setup.suites if suite not in shown]
-    why = f"for want of runs, of a difference of {LEAST_GAIN:g} in IoU_all, or of room"
-    return shown, [
-        *([f"Not drawn, but in the data, {why}: {listed(others)}."] if others else []),
-        *setup.remarks,
-    ]
-
-
 def _share(counts: Counter[str] | None, fate: str) -> float:
     return counts[fate] / counts.total() if counts else 0.0
-
-
-def _cost(run: RunRow) -> float | None:
-    """Return what the adaptations of a run cost, as a part of IoU_all."""
-    whole, left = run.metrics["iou_all"], run.metrics["utility"]
-    return None if whole is None or left is None else whole - left
 
 
 def _cells(found: Estimate | None) -> tuple[float | None, ...]:
@@ -372,14 +261,3 @@ def _label_faults(axes: "Axes", faults: Sequence[Fault]) -> None:
         range(len(faults)), [f"{fault.replace('_', ' ')} ({failure})" for failure, fault in faults]
     )
     axes.tick_params(axis="y", length=0)
-
-
-def _add_systems(figure: "Figure", setup: Setup, kind: str) -> None:
-    """Put a legend of the managing systems below a figure; `kind` is an attribute of their styles."""
-    from matplotlib.lines import Line2D  # noqa: PLC0415  an optional extra
-
-    styles = setup.looks
-    add_legend(
-        figure,
-        [Line2D([], [], **getattr(styles[name], kind), label=short_name(name)) for name in setup.systems],
-    )

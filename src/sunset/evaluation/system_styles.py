@@ -1,4 +1,4 @@
-"""How figures draw managing systems: each in its own colour, marker and dashes, in all of them; in grey, too."""
+"""How figures draw managing systems: each in its own colour and marker, in all of them."""
 
 import hashlib
 from collections.abc import Iterable, Mapping
@@ -14,11 +14,10 @@ PAPER: Final = "#ffffff"
 
 
 class Style(NamedTuple):
-    """A colour and a marker, as matplotlib names them, and the lengths of dashes and gaps; empty for a whole line."""
+    """A colour and a marker, as matplotlib names them."""
 
     colour: str
     marker: str
-    dashes: tuple[float, ...]
 
     @property
     def points(self) -> dict[str, Any]:
@@ -27,27 +26,21 @@ class Style(NamedTuple):
         size = 9 if self.marker == "*" else 6
         return {"color": self.colour, "marker": self.marker, "markersize": size, "linestyle": "none", **edge}
 
-    @property
-    def curve(self) -> dict[str, Any]:
-        """How matplotlib draws a curve with points on it."""
-        return {**self.points, "linewidth": 1.4, "linestyle": (0, self.dashes) if self.dashes else "-"}
-
 
 SHIPPED: Final[Mapping[str, Style]] = MappingProxyType(
     {
-        "none": Style("#777777", "X", (1, 1.2)),
-        "random": Style("#CC79A7", "v", (2.5, 1.2)),
-        "baseline": Style(BLUE, "o", ()),
-        "reactive": Style(ORANGE, "s", (5, 1.5)),
-        "diagnosing": Style("#009E73", "^", (6, 1.2, 1, 1.2)),
-        "oracle": Style(INK, "*", (9, 1.5, 1, 1.2, 1, 1.2)),
+        "none": Style("#777777", "X"),
+        "random": Style("#CC79A7", "v"),
+        "baseline": Style(BLUE, "o"),
+        "reactive": Style(ORANGE, "s"),
+        "diagnosing": Style("#009E73", "^"),
+        "oracle": Style(INK, "*"),
     }
 )
 """Those that come with SUNSET, from the one that knows least to the one that knows most."""
 
 _COLOURS: Final = ("#56B4E9", "#E69F00", "#8C6BB1", "#A6761D")
-_MARKERS: Final = (("D", (3, 1)), ("P", (4, 1, 1, 1)), ("h", (2, 1)), ("<", (7, 2)), (">", (5, 1, 2, 1)))
-_OTHERS: Final = tuple(Style(colour, *marker) for marker, colour in product(_MARKERS, _COLOURS))
+_OTHERS: Final = tuple(Style(colour, marker) for marker, colour in product("DPh<>", _COLOURS))
 
 
 def in_order(names: Iterable[str]) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from sunset.errors import RecordError
-from sunset.evaluation import FIGURES, Flight, load_results, recompute, render_report
+from sunset.evaluation import FIGURES, Flight, load_results, render_report
 from sunset.metrics import Timeline, score
 
 Store = Callable[..., Path]
@@ -31,7 +31,7 @@ def test_a_run_is_read_from_its_folder_or_from_any_above(store: Store, tmp_path:
 def test_stored_and_recomputed_figures_agree_and_are_right(store: Store) -> None:
     folder = store("run")
     (stored,), (again,) = load_results(folder), load_results(folder, again=True)
-    assert dict(stored.metrics) == dict(again.metrics) == dict(recompute(folder))
+    assert dict(stored.metrics) == dict(again.metrics)
     # silent from 1.9 to 6.0, symptom at 2.9, injected at 2.0, redeployed at 3.5: F1 from 2.0, its ripples
     # F2 and F3 from 1.9; the redeploy was not necessary; 40 frames of 200 are missing
     assert stored.metrics["t_react_s"] == pytest.approx((1.5 + 1.6 + 1.6) / 3)
@@ -143,19 +143,14 @@ def test_a_run_says_which_version_flew_it(store: Store, tmp_path: Path) -> None:
     assert found == {"old": "0.9.0", "older": ""}
 
 
-def test_runs_that_should_have_the_same_messages_and_have_not_are_named(store: Store, tmp_path: Path) -> None:
+def test_several_versions_of_a_package_are_named(store: Store, tmp_path: Path) -> None:
     versions = {"sunset": "0.9.0+0f0f0f0f", "numpy": "2.0.0"}
-    about: dict[str, Any] = {"manager_checksum": "0f" * 32, "versions": versions}
-    store("first", **about)
-    store("copy", **about)
-    other = store("other", iou=0.6, **about | {"versions": versions | {"numpy": "2.1.0"}})
-    store("another version", iou=0.7, **about | {"versions": {"sunset": "0.9.0+1e1e1e1e"}})
-    store("another seed", seed=2, iou=0.8, **about)
+    store("first", versions=versions)
+    store("second", seed=2, versions=versions | {"numpy": "2.1.0"})
+    store("another version", seed=3, versions={"sunset": "0.9.0+1e1e1e1e"})
 
     text = " ".join(render_report(tmp_path).split())
 
-    assert "runs of the same scenario, seed, managing system and version have different messages" in text
-    assert text.count(" and ".join(map(str, sorted([tmp_path / "copy", other])))) == 1
     assert "its runs were made with several versions of numpy (2.0.0, 2.1.0)." in text
     assert "[sunset 0.9.0+1e1e1e1e]" in text
 

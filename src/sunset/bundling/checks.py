@@ -17,13 +17,10 @@ from sunset.recording import (
     RUN_FILE,
     CampaignPlan,
     RunRecord,
-    check_extensions,
     differences,
-    measured_topics,
-    read_messages,
     read_run,
+    read_timeline,
     stored_figures,
-    timeline_of,
 )
 from sunset.source_files import package_version
 from sunset.system import loaded_extensions
@@ -177,10 +174,7 @@ def _recomputed(run: RunRecord, place: Path) -> Iterator[str]:
     """Yield which figures in a run's `run.json` are not those that its messages give."""
     if run.is_empty:
         return
-    check_extensions(run, place)
-    messages = read_messages(place, measured_topics())
-    observed = timeline_of(run, messages)
-    stored, metrics = stored_figures(run, place / RUN_FILE), score(observed)
+    stored, metrics = stored_figures(run, place / RUN_FILE), score(read_timeline(place))
     computed = metrics.to_json()
     for name in differences(run, metrics):
         if name not in computed:

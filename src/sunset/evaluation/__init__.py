@@ -2,15 +2,14 @@
 
 from sunset.evaluation.agreement import Agreement, Comparison, LeftOut, Pair, compare
 from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreement
-from sunset.evaluation.differences import ManagerDifference
-from sunset.evaluation.estimates import METHOD, Estimate, estimate
+from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.figure_files import WrittenFigures, write_figures
 from sunset.evaluation.figures import entropy_figure
 from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.outage_figure import outage_figure
 from sunset.evaluation.paired import Difference, PairedComparison, compare_managers
 from sunset.evaluation.report import FORMATS, format_report, format_runs, render_report
-from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results, recompute
+from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.evaluation.runs import RUNS_FORMATS, render_runs, run_fields
 from sunset.evaluation.scores import ScoreRow, ScoreTable, score_tables
 from sunset.evaluation.site import index_page
@@ -20,7 +19,6 @@ __all__ = [
     "AGREEMENT_FORMATS",
     "FIGURES",
     "FORMATS",
-    "METHOD",
     "RUNS_FORMATS",
     "Agreement",
     "Cluster",
@@ -29,7 +27,6 @@ __all__ = [
     "Estimate",
     "Flight",
     "LeftOut",
-    "ManagerDifference",
     "Pair",
     "PairedComparison",
     "RunRow",
@@ -47,7 +44,6 @@ __all__ = [
     "index_page",
     "load_results",
     "outage_figure",
-    "recompute",
     "render_report",
     "render_runs",
     "run_fields",

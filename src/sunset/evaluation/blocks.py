@@ -1,8 +1,7 @@
 """What a report is made of before it has a format: tables of cells, and notes."""
 
-from dataclasses import dataclass
-from enum import Enum
-from typing import Final
+from collections.abc import Callable
+from typing import Final, NamedTuple
 
 from sunset.evaluation.estimates import Estimate
 
@@ -10,91 +9,79 @@ PAPER_LABEL: Final = "tab:sunset"
 """The label of the paper's table."""
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
-    """A mean and, where there is one, a standard deviation."""
+class Quantity(NamedTuple):
+    """A mean and, where there is one, a standard deviation or a confidence interval."""
 
     mean: float
-    std: float | None
+    std: float | None = None
+    interval: tuple[float, float] | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """A confidence interval."""
-
-    low: float
-    high: float
-
-
-Cell = Quantity | Interval | str | None
-"""What stands in a cell; None is N/A, an empty string is nothing."""
+Cell = Quantity | str | None
+"""What stands in a cell; None is N/A."""
 
 
 def plain(cell: Cell) -> str:
     """Return a cell as text.
 
-    >>> plain(Quantity(-0.0012, 0.02)), plain(Interval(0.1, 1.234)), plain(None)
-    ('0.00 ± 0.02', '[0.10, 1.23]', 'N/A')
+    >>> plain(Quantity(-0.0012, 0.02)), plain(Quantity(0.5, interval=(0.1, 1.234))), plain(None)
+    ('0.00 ± 0.02', '0.50 [0.10, 1.23]', 'N/A')
     """
     match cell:
         case None:
             return "N/A"
-        case Quantity(mean, None):
-            return f"{mean:z.2f}"
-        case Quantity(mean, std):
-            return f"{mean:z.2f} ± {std:.2f}"
-        case Interval(low, high):
-            return f"[{low:z.2f}, {high:z.2f}]"
+        case Quantity(mean, std, interval):
+            deviation = "" if std is None else f" ± {std:.2f}"
+            low, high = interval or (mean, mean)
+            return f"{mean:z.2f}{deviation}" + (f" [{low:z.2f}, {high:z.2f}]" if interval else "")
     return cell
 
 
-@dataclass(frozen=True, slots=True)
-class Column:
-    """A figure's column: its heading in plain text and in LaTeX, and what it says."""
+def deviation_cell(found: Estimate | None) -> Cell:
+    """Return a figure's mean and standard deviation."""
+    return None if found is None else Quantity(found.mean, found.std)
+
+
+def interval_cell(found: Estimate | None) -> Cell:
+    """Return a figure's mean and confidence interval."""
+    return None if found is None else Quantity(found.mean, interval=found.interval)
+
+
+class Column(NamedTuple):
+    """A figure's column: its heading, in which `_` stands before an index, and what it says."""
 
     text: str
-    latex: str
     meaning: str
 
 
-class LineKind(Enum):
-    """What a line of a table shows."""
-
-    OURS = "ours"
-    CONFIDENCE = "confidence"
-    PUBLISHED = "published"
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(NamedTuple):
     """One line of a table; an empty `runs` where it makes no sense to give a number."""
 
-    kind: LineKind
     label: str
     runs: str
     cells: tuple[Cell, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
-    """A table: a title, columns, groups of lines that belong together, and the label by which LaTeX refers to it."""
+class Block(NamedTuple):
+    """A table: its title, columns and lines, and the label by which LaTeX refers to it."""
 
     title: str
     columns: tuple[Column, ...]
-    groups: tuple[tuple[Line, ...], ...]
+    lines: tuple[Line, ...]
     label: str
 
+    @property
+    def head(self) -> list[str]:
+        """The headings of all columns."""
+        return ["system", "runs", *(column.text for column in self.columns)]
 
-@dataclass(frozen=True, slots=True)
-class Report:
+    def rows(self, shown: Callable[[Cell], str] = plain) -> list[list[str]]:
+        """Return the texts of all lines, of which `shown` makes those of cells."""
+        return [[line.label, line.runs, *map(shown, line.cells)] for line in self.lines]
+
+
+class Report(NamedTuple):
     """All that a report says, in any format: tables, none of them empty, and the notes beneath."""
 
     blocks: tuple[Block, ...]
     notes: tuple[str, ...]
-
-
-def interval_cell(found: Estimate | None) -> Cell:
-    """Return a figure's confidence interval; nothing where it has none."""
-    if found is None or found.low is None or found.high is None:
-        return ""
-    return Interval(found.low, found.high)

@@ -3,30 +3,23 @@
 from collections.abc import Sequence
 from typing import Final
 
-from sunset.evaluation.blocks import Block, Cell, Column, Line, LineKind, Quantity
+from sunset.evaluation.blocks import Block, Cell, Column, Line, Quantity
 from sunset.evaluation.summary import SystemRow
 
 _LEVELS: Final = {
     ("faults_detected", "t_detected_s"): Column(
-        "detected ↑",
-        r"detected $\uparrow$",
-        "of all faults: a fault was reported, and how long after the onset",
+        "detected ↑", "of all faults: a fault was reported, and how long after the onset"
     ),
-    ("faults_located", "t_located_s"): Column(
-        "located ↑", r"located $\uparrow$", "likewise, a fault of the same node"
-    ),
-    ("faults_identified", "t_identified_s"): Column(
-        "identified ↑", r"identified $\uparrow$", "likewise, the fault itself"
-    ),
+    ("faults_located", "t_located_s"): Column("located ↑", "likewise, a fault of the same node"),
+    ("faults_identified", "t_identified_s"): Column("identified ↑", "likewise, the fault itself"),
     ("faults_top1", ""): Column(
-        "top 1 ↑", r"top 1 $\uparrow$", "the fault was among the k most probable, of k faults that were there"
+        "top 1 ↑", "the fault was among the k most probable, of k faults that were there"
     ),
 }
-_ALARMS: Final = Column(
-    "alarms [1/min] ↓", r"alarms $[1/\mathrm{min}]\downarrow$", "false alarms per minute without a fault"
-)
-_BRIER: Final = Column(
-    "Brier ↓", r"Brier $\downarrow$", "mean square error of the probabilities, over time and faults"
+_COLUMNS: Final = (
+    *_LEVELS.values(),
+    Column("alarms [1/min] ↓", "false alarms per minute without a fault"),
+    Column("Brier ↓", "mean square error of the probabilities, over time and faults"),
 )
 
 
@@ -37,19 +30,14 @@ def diagnosis_blocks(rows: Sequence[SystemRow]) -> tuple[Block, ...]:
     """
     diagnosing = [row for row in rows if _total(row, "diagnoses")]
     shown = [row for row in rows if row in diagnosing or row.manager == "none"] if diagnosing else []
-    groups = tuple(
-        (Line(LineKind.OURS, row.system, str(row.runs), _cells(row)),)
-        for row in shown
-        if not row.is_reference
-    )
-    columns = (*_LEVELS.values(), _ALARMS, _BRIER)
-    return (Block("Diagnosis", columns, groups, "tab:sunset-diagnosis"),) if groups else ()
+    lines = tuple(Line(row.system, str(row.runs), _cells(row)) for row in shown if not row.is_reference)
+    return (Block("Diagnosis", _COLUMNS, lines, "tab:sunset-diagnosis"),) if lines else ()
 
 
 def _cells(row: SystemRow) -> tuple[Cell, ...]:
     injected, calm_s = _total(row, "faults_injected"), _total(row, "faultless_s")
     shares = (_level(row, count, time, injected) if injected else None for count, time in _LEVELS)
-    alarms = Quantity(60 * _total(row, "false_alarms") / calm_s, None) if calm_s else None
+    alarms = Quantity(60 * _total(row, "false_alarms") / calm_s) if calm_s else None
     brier = row.estimates["brier"]
     return (*shares, alarms, None if brier is None else f"{brier.mean:.3f}")
 

@@ -8,14 +8,14 @@ from typing import Final
 
 from sunset.evaluation.intervals import LEAST_LEVELS, Cluster, Spread, spread
 
-METHOD: Final = (
-    "Mean ± sample standard deviation over runs. The 95 % confidence interval of the mean is that of crossed random "
-    "effects (Searle, Casella and McCulloch 1992) with degrees of freedom after Satterthwaite (1946): runs with the "
-    "same degradations, on the same flight, and of the same seed are alike; without degradations, those with the same "
-    f"failures. It speaks of other degradations (failures) and flights where at least {LEAST_LEVELS} were run, and "
-    "otherwise of these only. Outages beside a degradation scatter in ±, and not in the interval."
+DEVIATIONS: Final = "±: the sample standard deviation over runs."
+INTERVALS: Final = (
+    "In brackets: the 95 % confidence interval of the mean, that of crossed random effects (Searle, Casella and "
+    "McCulloch 1992) with degrees of freedom after Satterthwaite (1946). Runs with the same degradations, on the same "
+    "flight, and of the same seed are alike; without degradations, those with the same failures. It speaks of other "
+    f"degradations (failures) and flights where at least {LEAST_LEVELS} were run, and otherwise of these only."
 )
-"""How the figures of a table come about, in words."""
+"""What stands beneath tables with such figures."""
 
 NO_INTERVAL: Final = (
     f"Figures of fewer than {LEAST_LEVELS} seeds have no confidence interval: nothing says how much repetitions "
@@ -45,6 +45,11 @@ class Estimate:
     spread: Spread | None = field(default=None, repr=False, compare=False)
 
     @property
+    def interval(self) -> tuple[float, float] | None:
+        """The ends of the interval, if there is one."""
+        return None if self.low is None or self.high is None else (self.low, self.high)
+
+    @property
     def lacks_interval(self) -> bool:
         """Whether there are several runs, but too few seeds for an interval."""
         return self.runs > 1 and self.low is None
@@ -57,8 +62,7 @@ class Estimate:
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
-        interval = None if self.low is None else [self.low, self.high]
-        return {"mean": self.mean, "std": self.std, "ci95": interval, "runs": self.runs}
+        return {"mean": self.mean, "std": self.std, "ci95": self.interval, "runs": self.runs}
 
 
 def estimate(values: Sequence[float | None], clusters: Sequence[Cluster]) -> Estimate | None:

@@ -3,11 +3,11 @@
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, TypeVar
+from typing import Final, NamedTuple, TypeVar
 
 from sunset.evaluation.estimates import Estimate
 from sunset.evaluation.results import RunRow
-from sunset.evaluation.scores import ScoreTable, is_scored, score_rows
+from sunset.evaluation.scores import ScoreTable, Systems, score_rows
 from sunset.evaluation.summary import manager_names, part_label
 from sunset.evaluation.system_styles import Style, in_order, styles
 from sunset.metrics import FaultOutcome
@@ -21,17 +21,12 @@ Fault = tuple[str, str]
 """The failure that a fault shows as, and its name."""
 _Key = TypeVar("_Key")
 
-Systems = Mapping[str, Sequence[RunRow]]
-"""The runs of managing systems by name, in the order of `in_order`; none is empty."""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Suite:
-    """The valid runs of a suite with one duration, and their scores if there are any."""
+class Suite(NamedTuple):
+    """A suite with one duration, and its scores if there are any."""
 
     name: str
     title: str
-    systems: Systems
     table: ScoreTable | None
 
 
@@ -42,8 +37,8 @@ class Setup:
     Attributes:
         common: what all of them have in common, in a sentence.
         suites: their suites, in the order of figures.
-        systems: the valid runs of all suites.
-        scored: the runs that count for scores, also invalid ones.
+        systems: the valid runs of all suites, in the order of `in_order`.
+        scored: all runs, since invalid ones count for scores, too.
         managers: name of a row of `Suite.table` → name of its managing system.
         looks: how the managing systems are drawn.
         remarks: what a reader must know of the runs, a sentence each.
@@ -98,20 +93,19 @@ def setup_of(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> Setup:
     members = [run for run in runs if _facts(run) == facts]
     usual = Counter(map(_duration, members)).most_common(1)[0][0]
     places = {_place(table.example): table for table in tables if _facts(table.example) == facts}
+    judged = [run for run in members if run.valid and (run.suite, run.manager) not in TABLE_REFERENCES]
+    shown = set(map(_place, judged))
     suites = [
         Suite(
-            name=suite,
-            title=(suite or "own scenarios")
-            + part_label(group)
-            + (f" [{duration}]" if duration != usual else ""),
-            systems=_by_system([run for run in group if run.valid], names),
-            table=places.get((suite, duration)),
+            suite,
+            (suite or "own scenarios") + part_label(group) + (f" [{duration}]" if duration != usual else ""),
+            places.get((suite, duration)),
         )
         for (suite, duration), group in sorted(_grouped(members, _place).items(), key=_order)
-        if any(run.valid and (suite, run.manager) not in TABLE_REFERENCES for run in group)
+        if (suite, duration) in shown
     ]
-    valid = [run for suite in suites for group in suite.systems.values() for run in group]
-    scored = _by_system([run for run in members if is_scored(run)], names)
+    valid = [run for run in members if run.valid and _place(run) in shown]
+    scored = _by_system(members, names)
     systems = _by_system(valid, names)
     return Setup(
         common=f"Runs: {', '.join((usual, *facts))}.",

@@ -1,10 +1,11 @@
 """The report as LaTeX: a document that compiles as it is, with a table to take out of it."""
 
+import re
 import unicodedata
 from types import MappingProxyType
 from typing import Final
 
-from sunset.evaluation.blocks import Block, Cell, Interval, LineKind, Quantity, Report
+from sunset.evaluation.blocks import Block, Cell, Quantity, Report, plain
 
 _ESCAPES: Final = MappingProxyType(
     {character: rf"\{character}" for character in "{}$&#%_"}
@@ -19,6 +20,8 @@ _ESCAPES: Final = MappingProxyType(
         "`": r"\textasciigrave{}",
         "-": "{-}",  # so that two do not become a dash
         "±": r"$\pm$",
+        "↑": r"$\uparrow$",
+        "↓": r"$\downarrow$",
         "−": "$-$",
         "→": r"$\rightarrow$",
         "…": r"\ldots{}",
@@ -62,21 +65,22 @@ def _escaped(character: str) -> str:
     return _ESCAPES.get(base, base) if " " <= base <= "~" else "?"
 
 
+def _heading(text: str) -> str:
+    r"""Return the heading of a column.
+
+    >>> _heading("t_down [s] ↓")
+    '$\\mathit{t}_\\mathrm{down}$ [s] $\\downarrow$'
+    """
+    return re.sub(r"(\w+)\\_(\w+)", r"$\\mathit{\1}_\\mathrm{\2}$", escape_latex(text))
+
+
 def _cell(cell: Cell) -> str:
-    match cell:
-        case None:
-            return "N/A"
-        case Quantity(mean, None):
-            return f"${mean:z.2f}$"
-        case Quantity(mean, std):
-            return rf"${mean:z.2f} \pm {std:.2f}$"
-        case Interval(low, high):
-            return rf"$[{low:z.2f},\,{high:z.2f}]$"
-    return escape_latex(cell)
+    if isinstance(cell, Quantity):
+        return f"${plain(cell)}$".replace("±", r"\pm").replace(" [", r"\;[")
+    return escape_latex(plain(cell))
 
 
 def _table(block: Block) -> str:
-    heads = " & ".join(["system", "runs", *(column.latex for column in block.columns)])
     out = [
         r"\begin{table*}[htbp]",
         r"\centering\footnotesize\setlength{\tabcolsep}{3pt}",
@@ -84,19 +88,14 @@ def _table(block: Block) -> str:
         rf"\label{{{block.label}}}\par\medskip",
         rf"\begin{{tabular}}{{lr{'c' * len(block.columns)}}}",
         r"\toprule",
-        heads + r" \\",
+        " & ".join(map(_heading, block.head)) + r" \\",
+        r"\midrule",
     ]
-    for group in block.groups:
-        out.append(r"\midrule")
-        for line in group:
-            indent = r"\quad " if line.label.startswith("  ") else ""
-            label_cell = escape_latex(line.label.strip())
-            if len(line.label) > _LONG:
-                out.append(rf"\multicolumn{{{len(line.cells) + 2}}}{{l}}{{{label_cell}}} \\")
-                label_cell = ""
-            cells = [indent + label_cell, line.runs, *map(_cell, line.cells)]
-            if line.kind is not LineKind.OURS:
-                cells = [rf"\scriptsize {cell}" if cell else "" for cell in cells]
-            out.append(" & ".join(cells) + r" \\")
+    for label, *cells in block.rows(_cell):
+        name = escape_latex(label)
+        if len(label) > _LONG:
+            out.append(rf"\multicolumn{{{len(block.head)}}}{{l}}{{{name}}} \\")
+            name = ""
+        out.append(" & ".join([name, *cells]) + r" \\")
     out += [r"\bottomrule", r"\end{tabular}", r"\end{table*}", ""]
     return "\n".join(out)

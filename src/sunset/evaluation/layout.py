@@ -1,63 +1,45 @@
 """The report before it has a format: which figures stand in which line, and the notes beneath."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from types import MappingProxyType
 from typing import Final
 
-from sunset.evaluation.blocks import PAPER_LABEL, Block, Cell, Column, Line, Quantity, Report
+from sunset.evaluation.blocks import PAPER_LABEL, Block, Cell, Column, Line, Report, deviation_cell
 from sunset.evaluation.diagnosis_block import diagnosis_blocks
-from sunset.evaluation.estimates import METHOD, NO_INTERVAL
+from sunset.evaluation.estimates import DEVIATIONS
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import ScoreTable
 from sunset.evaluation.summary import PAPER_SUITES, SystemRow
-from sunset.evaluation.treatments import fault_blocks, lines_of
 from sunset.system import DIAGNOSE, REPAIR
 from sunset.texts import counted, printable, shorten, tallied
 
-_COLUMNS: Final[Mapping[str, Column]] = MappingProxyType(
+_COLUMNS: Final = MappingProxyType(
     {
-        "f_resolved_per_adaptation": Column(
-            "f_res/a_exec ↑",
-            r"$\frac{f_\mathrm{resolved}}{a_\mathrm{executed}}\uparrow$",
-            "resolved failures per executed adaptation",
-        ),
-        "t_react_s": Column(
-            "t_react [s] ↓",
-            r"$t_\mathrm{react}\,[\mathrm{s}]\downarrow$",
-            "from when a failure began to the command that resolved it",
-        ),
+        "f_resolved_per_adaptation": Column("f_res/a_exec ↑", "resolved failures per executed adaptation"),
+        "t_react_s": Column("t_react [s] ↓", "from when a failure began to the command that resolved it"),
         "redeploys_unnecessary": Column(
-            "#redeploy_u ↓",
-            r"$\#\mathrm{redeploy}_\mathrm{u}\downarrow$",
-            "redeploys of a node without a fault that only a redeploy cures",
+            "#redeploy_u ↓", "redeploys of a node without a fault that only a redeploy cures"
         ),
-        "t_down_s": Column(
-            "t_down [s] ↓",
-            r"$t_\mathrm{down}\,[\mathrm{s}]\downarrow$",
-            "time without segmentation at the expected rate",
+        "t_down_s": Column("t_down [s] ↓", "time without segmentation at the expected rate"),
+        "iou": Column("IoU ↑", "mean over the evaluated frames"),
+        "cured": Column("cured ↑", "faults that were cured, of all"),
+        "uncured_s": Column("uncured [s] ↓", "mean time that a fault was there without a cure in place"),
+        "masked_s": Column(
+            "masked [s] ↓",
+            "time in which a fault was there, its symptom had gone, and the segmentation was bad",
         ),
-        "iou": Column("IoU ↑", r"IoU $\uparrow$", "mean over the evaluated frames"),
-        "unresolved": Column(
-            "unresolved ↓", r"unresolved $\downarrow$", "failure episodes that no adaptation ended, of all"
-        ),
-        "t_detect_s": Column(
-            "t_detect [s]", r"$t_\mathrm{detect}\,[\mathrm{s}]$", "part of t_react, until the symptom holds"
-        ),
-        "t_decide_s": Column(
-            "t_decide [s] ↓",
-            r"$t_\mathrm{decide}\,[\mathrm{s}]\downarrow$",
-            "the rest of t_react, until the command",
-        ),
-        "t_repair_s": Column(
-            "t_repair [s] ↓",
-            r"$t_\mathrm{repair}\,[\mathrm{s}]\downarrow$",
-            "from the command to when the symptom is gone",
-        ),
-        "iou_all": Column("IoU_all ↑", r"IoU$_\mathrm{all}\uparrow$", "frames that never came count as 0"),
+        "needless": Column("needless ↓", "adaptations that are no step of a cure of a fault there"),
+        "cost_frames": Column("cost ↓", "prices of the adaptations, in frames"),
+        "unresolved": Column("unresolved ↓", "failure episodes that no adaptation ended, of all"),
+        "t_detect_s": Column("t_detect [s]", "part of t_react, until the symptom holds"),
+        "t_decide_s": Column("t_decide [s] ↓", "the rest of t_react, until the command"),
+        "t_repair_s": Column("t_repair [s] ↓", "from the command to when the symptom is gone"),
+        "iou_all": Column("IoU_all ↑", "frames that never came count as 0"),
     }
 )
 _PAPER: Final = ("f_resolved_per_adaptation", "t_react_s", "redeploys_unnecessary", "t_down_s", "iou")
+_FAULTS: Final = ("cured", "uncured_s", "masked_s", "needless", "cost_frames")
 _MORE: Final = ("unresolved", "t_detect_s", "t_decide_s", "t_repair_s", "iou_all")
 _LACKING: Final = MappingProxyType(
     {
@@ -85,39 +67,39 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
     """
     repairing = [row for row in rows if row.task == REPAIR]
     papers = [row for row in repairing if every or row.suite in PAPER_SUITES]
-    main = tuple(_group(row, _PAPER) for row in papers)
-    more = tuple(_group(row, _MORE) for row in repairing if every and not row.is_reference)
-    blocks = (
-        *lead_blocks(scores),
-        Block("The paper's figures", tuple(_COLUMNS[name] for name in _PAPER), main, PAPER_LABEL),
-        *(fault_blocks(repairing) if every else ()),
+    judged = [row for row in repairing if every and not row.is_reference]
+    figures = (
+        _block("The paper's figures", PAPER_LABEL, papers, _PAPER),
+        _block("What became of the faults", "tab:sunset-faults", judged, _FAULTS),
         *diagnosis_blocks([row for row in rows if every or row.task == DIAGNOSE]),
-        Block("More about the same runs", tuple(_COLUMNS[name] for name in _MORE), more, "tab:sunset-more"),
+        _block("More about the same runs", "tab:sunset-more", judged, _MORE),
     )
     return Report(
-        tuple(block for block in blocks if block.groups),
+        tuple(block for block in (*lead_blocks(scores), *figures) if block.lines),
         notes=(
             *_provenance(rows),
             *lead_notes(scores),
-            METHOD,
-            *([_PAPER_NOTE] if papers else ()),
+            *([DEVIATIONS, _PAPER_NOTE] if papers else ()),
             *_notes(rows, shown=papers),
         ),
     )
 
 
-def _group(row: SystemRow, names: Sequence[str]) -> tuple[Line, ...]:
-    """Return a row's figures and, where there are any, their confidence intervals."""
-    figures = tuple(_figure(row, name) for name in names)
-    return lines_of(row, figures, tuple(row.estimates.get(name) for name in names))
+def _block(title: str, label: str, rows: Sequence[SystemRow], names: Sequence[str]) -> Block:
+    lines = (Line(row.system, str(row.runs), tuple(_cell(row, name) for name in names)) for row in rows)
+    return Block(title, tuple(_COLUMNS[name] for name in names), tuple(lines), label)
 
 
-def _figure(row: SystemRow, name: str) -> Cell:
+def _cell(row: SystemRow, name: str) -> Cell:
     if name == "unresolved":
-        rate = row.unresolved_rate
-        return None if rate is None else f"{row.unresolved}/{row.episodes} ({rate:.0%})"
-    found = row.estimates[name]
-    return None if found is None else Quantity(found.mean, found.std)
+        return _share(row.unresolved, row.episodes, row.unresolved_rate)
+    if name == "cured":
+        return _share(row.cured, len(row.outcomes), row.cured_rate)
+    return deviation_cell(row.estimates[name])
+
+
+def _share(part: int, whole: int, rate: float | None) -> str | None:
+    return None if rate is None else f"{part}/{whole} ({rate:.0%})"
 
 
 def _provenance(rows: Sequence[SystemRow]) -> list[str]:
@@ -154,8 +136,6 @@ def _seeds(seeds: Collection[int]) -> str:
 def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str]:
     """Say what a reader would otherwise take for granted: runs that are missing from a figure that is shown."""
     notes = []
-    if any(found and found.lacks_interval for row in rows for found in row.estimates.values()):
-        notes.append(NO_INTERVAL)
     for row in rows:
         for name, (figure, reason) in _LACKING.items() if row.task == REPAIR else ():
             found = row.estimates[name]
@@ -173,7 +153,6 @@ def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str
     notes += [_failed_note(row) for row in rows if row.failed]
     notes += [_differing_note(row) for row in rows if row.differing]
     notes += [_walls_note(row) for row in rows if row.unwalled]
-    notes += [_contradicting_note(row) for row in rows if row.contradicting]
     notes += [
         f"{row.system}: its runs were made with several versions of "
         + _listed([f"{name} ({', '.join(versions)})" for name, versions in row.several.items()], "packages")
@@ -227,15 +206,6 @@ def _differing_note(row: SystemRow) -> str:
     told = [f"{', '.join(run.differing)} of {printable(str(run.folder))}" for run in row.differing]
     return f"{row.system}: figures were stored that the messages do not give, and are computed here: " + (
         _listed(told, "runs")
-    )
-
-
-def _contradicting_note(row: SystemRow) -> str:
-    """Return which of a row's runs contradict each other."""
-    told = [" and ".join(printable(str(run.folder)) for run in pair) for pair in row.contradicting]
-    return (
-        f"{row.system}: runs of the same scenario, seed, managing system and version have different messages, so that "
-        "they were changed, or their computers or packages differ: " + _listed(told, "pairs")
     )
 
 

@@ -6,16 +6,14 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
-from sunset.evaluation.differences import DIFFERENCE_METHOD
-from sunset.evaluation.estimates import METHOD, Estimate
+from sunset.evaluation.estimates import DEVIATIONS, INTERVALS, Estimate
 from sunset.evaluation.figure_files import figures_as_html
 from sunset.evaluation.latex import as_latex
 from sunset.evaluation.layout import arrange
 from sunset.evaluation.results import RunRow, load_results
-from sunset.evaluation.scores import SCORE_METHOD, ScoreTable, score_tables
+from sunset.evaluation.scores import ScoreTable, score_tables
 from sunset.evaluation.summary import SystemRow, summarise
 from sunset.evaluation.text import as_text
-from sunset.evaluation.treatments import cured_rate, fates
 from sunset.evaluation.webpage import as_html
 from sunset.texts import csv_text
 from sunset.workers import Progress
@@ -107,14 +105,12 @@ def format_report(
 
 
 def _as_json(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
-    content: dict[str, object] = {
+    content = {
         "scores": [table.to_json() for table in scores],
         "rows": [_json_row(row) for row in rows],
-        "method": METHOD,
+        "method": f"{DEVIATIONS} {INTERVALS}",
         "notes": arrange(rows, scores, every=True).notes,
     }
-    if scores:
-        content |= {"score_method": SCORE_METHOD, "difference_method": DIFFERENCE_METHOD}
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -138,8 +134,8 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         **_described(row),
         **{name: found and found.to_json() for name, found in row.estimates.items()},
         "unresolved_rate": row.unresolved_rate,
-        "cured_rate": cured_rate(row),
-        "fates": {fault: dict(found) for fault, found in fates(row.outcomes).items()},
+        "cured_rate": row.cured_rate,
+        "fates": row.fates,
         "runs_invalid": len(row.invalid),
         "runs_failed": len(row.failed),
         "invalid": [
@@ -156,66 +152,33 @@ def _json_row(row: SystemRow) -> dict[str, object]:
 def _as_csv(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
     """Return a line for each figure of each score, difference and row; a cell is empty where there is nothing.
 
-    The column `source` says what a line is about: `score`, `difference` or `ours`.
+    The column `source` says what a line is about: `score`, `difference` or `runs`.
     """
     lines = [line for table in scores for line in _lead_lines(table)]
     for row in rows:
-        counts = {
-            "source": "ours",
-            "runs_invalid": len(row.invalid),
-            "runs_failed": len(row.failed),
-            "runs_differing": len(row.differing),
-        }
-        rates = {"unresolved_rate": row.unresolved_rate, "cured_rate": cured_rate(row)}
-        figures = [_cells(name, found) for name, found in row.estimates.items()]
-        figures += [{"figure": name, "mean": rate} for name, rate in rates.items()]
-        lines += [_described(row) | counts | figure for figure in figures if figure["mean"] is not None]
+        about = {"source": "runs", **_json_row(row), "runs_differing": len(row.differing)}
+        rates = {"unresolved_rate": row.unresolved_rate, "cured_rate": row.cured_rate}
+        figures = [_cells(name, found) for name, found in row.estimates.items() if found]
+        figures += [{"figure": name, "mean": rate} for name, rate in rates.items() if rate is not None]
+        lines += [about | figure for figure in figures]
     return csv_text([_CSV_COLUMNS, *([cells.get(name) for name in _CSV_COLUMNS] for cells in lines)])
 
 
 def _lead_lines(table: ScoreTable) -> Iterator[dict[str, object]]:
     """Give the lines of scores and of differences."""
     for row in table.rows:
-        line: dict[str, object] = {
-            "source": "score",
-            "suite": table.suite,
-            "system": row.system,
-            "manager": row.manager,
-            "evidence": row.evidence,
-            "is_reference": row.is_reference,
-            "runs": row.runs,
-            "runs_invalid": row.invalid,
-            "runs_missing": row.missing,
-            "runs_unpaired": row.unpaired,
-        }
-        yield from (
-            line | _cells(name, found) for name, found in (("score", row.score), ("harm", row.harm)) if found
-        )
-    for difference in table.differences:
-        line = {
-            "source": "difference",
-            "suite": table.suite,
-            "system": difference.first,
-            "other": difference.second,
-            "runs": difference.pairs,
-        }
-        if difference.score:
-            yield line | _cells("score", difference.score)
-        if difference.utility:
-            yield (
-                line
-                | _cells("utility", difference.utility)
-                | {
-                    "pairs_won": difference.pairs_won,
-                    "p_holm": difference.p,
-                    "detectable": difference.detectable,
-                    "runs_needed": difference.runs_needed,
-                }
-            )
+        about = {"source": "score", **table.about, **row.to_json()}
+        figures = {"score": row.score, "harm": row.harm}
+        yield from (about | _cells(name, found) for name, found in figures.items() if found)
+    for pair in table.differences:
+        names = {"system": pair.first, "other": pair.second, "runs": pair.pairs}
+        about = {"source": "difference", **table.about, **names}
+        if pair.score:
+            yield about | _cells("score", pair.score)
+        if pair.utility:
+            yield about | pair.to_json() | _cells("utility", pair.utility)
 
 
-def _cells(name: str, found: Estimate | None) -> dict[str, object]:
-    if found is None:
-        return {"figure": name, "mean": None}
+def _cells(name: str, found: Estimate) -> dict[str, object]:
     ends = {"ci_low": found.low, "ci_high": found.high}
     return {"figure": name, "mean": found.mean, "std": found.std, **ends, "figure_runs": found.runs}

@@ -18,13 +18,10 @@ from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
     RunRecord,
-    check_extensions,
     differences,
-    measured_topics,
-    read_messages,
     read_run,
+    read_timeline,
     stored_figures,
-    timeline_of,
 )
 from sunset.system import DURATION_S, REPAIR, degradations_of, suite_size
 from sunset.workers import Progress
@@ -32,14 +29,6 @@ from sunset.workers import Progress
 FIGURES: Final = RunMetrics.names()
 """The names of a run's figures, as `RunMetrics` has them."""
 
-_SIMULATED: Final = "sim"
-_RESULTS: Final = frozenset(
-    {
-        *("versions", "manager_versions", "start_ns", "metrics", "fault_outcomes"),
-        *("evidence", "valid", "reason", "digest"),
-    }
-)
-"""The fields of a record that do not determine its messages, or only through the version."""
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
 
@@ -108,10 +97,8 @@ class RunRow:
         evidence: what its managing system looked at.
         version: of the package that it was run with; empty if it is unknown.
         others: the versions of other packages, those that its managing system imported included, by name.
-        recipe: a checksum of everything that determines its messages; empty if time or a failure does, too.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
-        computer_kept_up: whether the computer was fast enough, as it always is in the simulation.
         task: of its managing system, `repair` or `diagnose`.
         thinking_s: what every decision of its managing system took of the experiment's time [s].
         failed: how its managing system failed, in a sentence; empty if it did not.
@@ -143,10 +130,8 @@ class RunRow:
     thinking_s: float = 0.0
     version: str = ""
     others: Mapping[str, str] = field(default_factory=dict)
-    recipe: str = ""
     valid: bool = True
     reason: str = ""
-    computer_kept_up: bool = True
     failed: str = ""
     missing_walls: tuple[str, ...] = ()
     warning: str = ""
@@ -269,21 +254,6 @@ def _tell_apart(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow
     return [named(row) for row in rows]
 
 
-def recompute(folder: Path) -> Mapping[str, float | None]:
-    """Return a run's figures, computed from its recorded messages.
-
-    Raises:
-        RecordError: the record is missing or damaged.
-    """
-    return MappingProxyType(_computed(read_run(folder), folder).to_json())
-
-
-def _computed(run: RunRecord, folder: Path) -> RunMetrics:
-    """Return a run's figures, from its recorded messages."""
-    check_extensions(run, folder)
-    return score(timeline_of(run, read_messages(folder, measured_topics())))
-
-
 def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
@@ -300,7 +270,6 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         digest=run.digest,
         valid=run.valid,
         reason=run.reason,
-        computer_kept_up=run.middleware == _SIMULATED or run.computer_kept_up is True,
         metrics=metrics,
         outcomes=outcomes,
         frames=run.expected_frames,
@@ -309,7 +278,6 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         version=run.versions.get("sunset", ""),
         others={name: value for name, value in run.versions.items() if name != "sunset"}
         | (run.manager_versions or {}),
-        recipe=_recipe(run),
         setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds, **extensions}),
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
@@ -325,14 +293,6 @@ def _read(folder: Path, *, again: bool) -> RunRow:
     )
 
 
-def _recipe(run: RunRecord) -> str:
-    """Return a checksum of everything that determines the messages of a simulated run; empty for other runs."""
-    if run.middleware != _SIMULATED or run.manager_failed is not None or not run.manager_checksum:
-        return ""
-    facts = {name: value for name, value in to_builtins(run).items() if name not in _RESULTS}
-    return _checksum(facts | {"version": run.versions.get("sunset", "")})
-
-
 def _figures(
     run: RunRecord, folder: Path, *, again: bool
 ) -> tuple[Mapping[str, float | None], tuple[FaultOutcome, ...], tuple[str, ...]]:
@@ -340,7 +300,7 @@ def _figures(
     if not again:
         figures = stored_figures(run, folder / RUN_FILE)
         return figures, run.fault_outcomes, ()
-    computed = _computed(run, folder)
+    computed = score(read_timeline(folder))
     return MappingProxyType(computed.to_json()), computed.outcomes, differences(run, computed)
 
 

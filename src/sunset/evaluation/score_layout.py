@@ -1,58 +1,55 @@
 """A report's first page: the score with what stands beside it, and how neighbours differ."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from typing import Final
 
-from sunset.evaluation.blocks import Block, Cell, Column, Line, LineKind, Quantity, interval_cell
+from sunset.evaluation.blocks import Block, Column, Line, Quantity, interval_cell
 from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
-from sunset.evaluation.estimates import Estimate
-from sunset.evaluation.scores import (
-    FIRST_FIGURES,
-    NO_SCORE,
-    PRICE_MULTIPLES,
-    SCORE_METHOD,
-    ScoreRow,
-    ScoreTable,
-)
+from sunset.evaluation.estimates import INTERVALS, NO_INTERVAL
+from sunset.evaluation.scores import HARM, NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable
 from sunset.texts import counted, listed
 
 _SCORE_COLUMNS: Final = (
-    Column("evidence", "evidence", "what the managing system looked at"),
-    Column("score ↑", r"score $\uparrow$", "the share of what repairing can win: 0 as none, 1 as oracle"),
-    Column(
-        "quality ↑", r"quality $\uparrow$", "IoU_all: mean IoU, in which a frame that never came counts 0"
-    ),
-    Column("t_down [s] ↓", r"$t_\mathrm{down}\,[\mathrm{s}]\downarrow$", "time without segmentation"),
-    Column("needless ↓", r"needless $\downarrow$", "adaptations that are no step of a cure of a fault there"),
-    Column("cured ↑", r"cured $\uparrow$", "faults that were cured, of all"),
-    Column("invalid", "invalid", "runs that broke a rule or are missing, and count as those of none"),
+    Column("evidence", "what the managing system looked at"),
+    Column("score ↑", "the share of what repairing can win: 0 as none, 1 as oracle; with its 95 % interval"),
+    Column("quality ↑", "IoU_all: mean IoU, in which a frame that never came counts 0"),
+    Column("t_down ↓", "time without segmentation"),
+    Column("needless ↓", "adaptations that are no step of a cure of a fault there"),
+    Column("cured ↑", "faults that were cured, of all"),
 )
-_HARM: Final = Column(
-    "harm ↓", r"harm $\downarrow$", "what utility loses against none where nothing can be won"
-)
+_HARM_COLUMNS: Final = (Column("harm ↓", "what utility loses against none where repairing wins nothing"),)
 _DIFFERENCE_COLUMNS: Final = (
-    Column("score", "score", "the difference in score"),
-    Column("utility", "utility", "the difference in utility"),
-    Column("pairs won", "pairs won", "the share of pairs in which the first has more utility, ties by half"),
-    Column("p", "$p$", "of the difference in utility, adjusted after Holm"),
+    Column("score", "the difference in score"),
+    Column("utility", "the difference in utility"),
+    Column("pairs won", "the share of pairs in which the first has more utility, ties by half"),
+    Column("p", "of the difference in utility, adjusted after Holm"),
 )
 _LEAST_P: Final = 0.001
 
 
 def lead_blocks(tables: Sequence[ScoreTable]) -> tuple[Block, ...]:
     """Return the tables that a report leads with."""
-    has_harm = any(row.harm for table in tables for row in table.rows)
-    columns = (*_SCORE_COLUMNS[:2], *[_HARM] * has_harm, *_SCORE_COLUMNS[2:])
     blocks = []
     for table in tables:
-        suite = f": {table.suite}" if table.suite else ""
-        label = f"-{table.suite}" if table.suite else ""
-        rows = tuple(line for row in table.rows for line in _score_lines(row, has_harm=has_harm))
-        pairs = tuple(line for one in table.neighbours for line in _difference_lines(one))
-        blocks.append(Block(f"The score{suite}", columns, (rows,), f"tab:sunset-score{label}"))
-        if pairs:
-            title = f"Differences between neighbours{suite}"
-            blocks.append(Block(title, _DIFFERENCE_COLUMNS, (pairs,), f"tab:sunset-differences{label}"))
+        names = re.findall(r"[a-z0-9.]+", table.title.lower())
+        parts = (
+            ("The score", "score", _SCORE_COLUMNS, map(_score_line, table.rows)),
+            ("Harm where there is nothing to repair", "harm", _HARM_COLUMNS, _harm_lines(table)),
+            (
+                *("Differences between neighbours", "differences", _DIFFERENCE_COLUMNS),
+                map(_difference_line, table.neighbours),
+            ),
+        )
+        blocks += [
+            Block(
+                title + (f": {table.title}" if table.title else ""),
+                columns,
+                tuple(lines),
+                "-".join(("tab:sunset", label, *names)),
+            )
+            for title, label, columns, lines in parts
+        ]
     return tuple(blocks)
 
 
@@ -61,61 +58,76 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
     if not tables:
         return ()
     scored = [table for table in tables if table.has_scores]
-    missing = [
-        f"{row.system}: {counted(row.missing, 'run')} that others have {'is' if row.missing == 1 else 'are'} missing."
-        for table in scored
-        for row in table.rows
-        if row.missing
+    rows = [row for table in scored for row in table.rows]
+    pairs = [pair for table in tables for pair in table.neighbours]
+    estimates = [
+        *(found for row in rows for found in (row.score, row.harm)),
+        *(found for pair in pairs for found in (pair.score, pair.utility)),
     ]
-    unpaired = [
-        f"{row.system}: {row.unpaired} of {counted(row.runs, 'run')} without a score, since a valid run of none or "
-        "oracle is missing."
-        for table in scored
-        for row in table.rows
-        if row.unpaired
-    ]
-    methods = [DIFFERENCE_METHOD] if any(table.differences for table in tables) else []
-    return (SCORE_METHOD if scored else NO_SCORE, *map(_price_note, scored), *missing, *unpaired, *methods)
+    has_harm = any(row.harm for row in rows)
+    return (
+        SCORE_METHOD if scored else NO_SCORE,
+        *([HARM] if has_harm else []),
+        *(_price_note(table) for table in scored if table.orders),
+        *(
+            f"{row.system}: {row.unpaired} of {counted(row.runs, 'run')} without a score, since a valid run of none or "
+            "oracle is missing."
+            for row in rows
+            if row.unpaired
+        ),
+        *([DIFFERENCE_METHOD] if pairs else []),
+        *([INTERVALS] if any(found and found.interval for found in estimates) else []),
+        *([NO_INTERVAL] if any(found and found.lacks_interval for found in estimates) else []),
+    )
 
 
 def _price_note(table: ScoreTable) -> str:
-    """Return the order of a table's rows at all multiples of the prices, each order once."""
-    found: dict[tuple[str, ...], list[str]] = {}
-    for multiple in PRICE_MULTIPLES:
-        found.setdefault(table.orders.get(multiple, ()), []).append(f"{multiple:g}")
-    orders = "; ".join(
-        f"at {listed(multiples)} times the prices {' > '.join(order)}" for order, multiples in found.items()
-    )
-    return f"Order{f' in {table.suite}' if table.suite else ''}: {orders}."
+    """Return the order of a table's rows, and where it is another one at multiples of the prices."""
+    where = f" in {table.title}" if table.title else ""
+    order = table.orders[1.0]
+    changed: dict[tuple[str, ...], list[str]] = {}
+    for multiple, other in table.orders.items():
+        if other != order:
+            changed.setdefault(_changed(other, order), []).append(f"{multiple:g}")
+    others = [f"at {listed(found)} times the prices {' > '.join(names)}" for names, found in changed.items()]
+    same = [f"{multiple:g}" for multiple, other in table.orders.items() if multiple != 1 and other == order]
+    if same:
+        others.insert(0, f"the same at {listed(same)} times the prices")
+    return f"Order{where}: {'; '.join([' > '.join(order), *others])}."
 
 
-def _score_lines(row: ScoreRow, *, has_harm: bool) -> tuple[Line, ...]:
+def _changed(order: tuple[str, ...], usual: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the part of an order that is unlike another order of the same names."""
+    places = [place for place, names in enumerate(zip(order, usual, strict=True)) if len(set(names)) > 1]
+    return order[places[0] : places[-1] + 1]
+
+
+def _score_line(row: ScoreRow) -> Line:
+    lost = {"invalid": row.invalid, "missing": row.missing}
+    runs = ", ".join([str(row.runs), *(f"{number} {what}" for what, number in lost.items() if number)])
     # the references are what they are by definition
-    score = None if row.is_reference else row.score
-    found = [score, *[row.harm] * has_harm, *(row.estimates[name] for name in FIRST_FIGURES)]
-    cells = [_mean(row.score), *map(_mean, found[1:])]
-    cured = f"{row.cured}/{row.faults}" if row.faults else None
-    evidence = {"none": "nothing", "oracle": "the faults"}.get(row.manager, row.evidence)
-    lost = str(row.invalid + row.missing)
-    line = Line(LineKind.OURS, row.system, str(row.runs), (evidence, *cells, cured, lost))
-    return (line, *_intervals(["", *map(interval_cell, found), "", ""]))
-
-
-def _difference_lines(one: ManagerDifference) -> tuple[Line, ...]:
-    cells: tuple[Cell, ...] = (
-        _mean(one.score),
-        _mean(one.utility),
-        None if one.pairs_won is None else Quantity(one.pairs_won, None),
-        None if one.p is None else f"< {_LEAST_P}" if one.p < _LEAST_P else f"{one.p:.3f}",
+    score = Quantity(row.score.mean) if row.score and row.is_reference else interval_cell(row.score)
+    quality, down, needless = (
+        None if found is None else Quantity(found.mean) for found in row.estimates.values()
     )
-    line = Line(LineKind.OURS, f"{one.first} − {one.second}", str(one.pairs), cells)
-    return (line, *_intervals([interval_cell(one.score), interval_cell(one.utility), "", ""]))
+    return Line(
+        row.system,
+        runs,
+        (
+            *(row.evidence, score, quality, down and f"{down.mean:.2f} s", needless),
+            f"{row.cured}/{row.faults}" if row.faults else None,
+        ),
+    )
 
 
-def _intervals(cells: Sequence[Cell]) -> tuple[Line, ...]:
-    """Return the line of the confidence intervals; none where there is no interval."""
-    return (Line(LineKind.CONFIDENCE, "  95 % conf.", "", tuple(cells)),) if any(cells) else ()
+def _harm_lines(table: ScoreTable) -> Iterator[Line]:
+    for row in table.rows:
+        if row.harm:
+            yield Line(row.system, str(row.harm.runs), (interval_cell(row.harm),))
 
 
-def _mean(found: Estimate | None) -> Cell:
-    return None if found is None else Quantity(found.mean, None)
+def _difference_line(pair: ManagerDifference) -> Line:
+    won = None if pair.pairs_won is None else Quantity(pair.pairs_won)
+    p = None if pair.p is None else f"< {_LEAST_P}" if pair.p < _LEAST_P else f"{pair.p:.3f}"
+    cells = (interval_cell(pair.score), interval_cell(pair.utility), won, p)
+    return Line(f"{pair.first} − {pair.second}", str(pair.pairs), cells)

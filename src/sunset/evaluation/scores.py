@@ -1,19 +1,23 @@
 """The score of managing systems: how much of what repairing can win each of them wins."""
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from math import fsum, inf
 from statistics import fmean
-from typing import Final
+from typing import Final, NamedTuple, TypeAlias
 
 from sunset.evaluation.differences import Experiment, Figures, ManagerDifference, differences
 from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
+from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.results import RunRow
-from sunset.evaluation.summary import estimate_figure, named_groups
-from sunset.metrics import Evidence, utility_of
+from sunset.evaluation.summary import estimate_figure, named_groups, setting_label
+from sunset.metrics import utility_of
 from sunset.recording import SCORE_REFERENCES
 from sunset.system import REPAIR
 
+Systems: TypeAlias = Mapping[str, Sequence[RunRow]]
+"""The runs of managing systems by name; none is empty."""
 LEAST_GAIN: Final = 0.02
 """Where the references differ by less in the mean of seeds, there is nothing to repair: such runs count for harm."""
 PRICE_MULTIPLES: Final = (0.0, 0.5, 1.0, 2.0, 4.0)
@@ -24,10 +28,10 @@ FIRST_FIGURES: Final = ("iou_all", "t_down_s", "needless")
 SCORE_METHOD: Final = (
     "Score: mean(utility - none's) / mean(oracle's - none's) over the same scenarios, flights and seeds: 0 is never "
     "repairing, 1 is knowing the faults. Utility: quality less the prices of the adaptations, in frames. A run that is "
-    "invalid or missing counts as none's, or as it was if worse. Harm: mean(none's - utility) where repairing wins "
-    f"less than {LEAST_GAIN}."
+    "invalid or missing counts as none's, or as it was if worse."
 )
-"""How scores come about, in words."""
+HARM: Final = f"Harm: mean(none's - utility) over the runs in which repairing wins less than {LEAST_GAIN}."
+"""How scores and harm come about, in words."""
 
 NO_SCORE: Final = (
     "There is no score: it needs runs of none and oracle with the same scenarios, flights and seeds, by one version of "
@@ -43,9 +47,9 @@ class ScoreRow:
     Attributes:
         system: what the row is called.
         manager: the managing system.
-        evidence: what it looked at.
-        runs: how many there are; live, without those for which the computer was too slow.
-        invalid: how many of them broke a rule.
+        evidence: what it looked at, in a word.
+        runs: how many there are.
+        invalid: how many of them are invalid.
         missing: how many others of the table have that this one has not.
         score: over the runs in which there is something to repair; None where there is none.
         harm: what utility loses against never repairing, over the others; None likewise.
@@ -57,7 +61,7 @@ class ScoreRow:
 
     system: str
     manager: str
-    evidence: Evidence
+    evidence: str
     runs: int
     invalid: int
     missing: int
@@ -103,21 +107,18 @@ class ScoreTable:
     """The managing systems of a suite, on all its flights, from the best to the worst.
 
     Attributes:
+        title: the suite and, where others of the report have the same one, what tells them apart.
         example: one of the runs, which have all but managing system, scenario, flight and seed in common.
         rows: by score; by harm, where there is nothing to repair in most runs; else by the mean utility.
         differences: between every two that looked at the same, the better first.
         orders: multiple of the prices → the rows' names by the score at these prices; empty without scores.
     """
 
+    title: str
     example: RunRow
     rows: tuple[ScoreRow, ...]
     differences: tuple[ManagerDifference, ...]
     orders: Mapping[float, tuple[str, ...]]
-
-    @property
-    def suite(self) -> str:
-        """The suite's name; empty for scenarios of one's own."""
-        return self.example.suite
 
     @property
     def has_scores(self) -> bool:
@@ -127,31 +128,33 @@ class ScoreTable:
     @property
     def neighbours(self) -> tuple[ManagerDifference, ...]:
         """The differences between rows that follow one another among those that looked at the same."""
-        pairs = set()
-        for place, row in enumerate(self.rows):
-            following = [other for other in self.rows[place + 1 :] if row.is_comparable(other)]
-            pairs |= {(row.system, other.system) for other in following[:1]}
-            if row.is_reference:  # it is the neighbour of both kinds
-                others = [other for other in following if other.evidence != following[0].evidence]
-                pairs |= {(row.system, other.system) for other in others[:1]}
+        pairs: set[tuple[str, str]] = set()
+        for evidence in {row.evidence for row in self.rows if not row.is_reference} or {""}:
+            names = [row.system for row in self.rows if row.is_reference or row.evidence == evidence]
+            pairs |= set(pairwise(names))
         return tuple(found for found in self.differences if (found.first, found.second) in pairs)
+
+    @property
+    def about(self) -> dict[str, object]:
+        """What its runs have in common, as JSON values."""
+        run = self.example
+        return {
+            "suite": run.suite,
+            "model": run.model,
+            "duration_s": run.flight.duration_s,
+            "bag_looped": run.flight.looped,
+            "middleware": run.middleware,
+            "version": run.version,
+        }
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
         return {
-            "suite": self.suite,
+            **self.about,
             "rows": [row.to_json() for row in self.rows],
             "differences": [difference.to_json() for difference in self.differences],
             "order_by_price": {f"{multiple:g}": order for multiple, order in self.orders.items()},
         }
-
-
-def is_scored(run: RunRow) -> bool:
-    """Return whether a run has a part in scores: also an invalid one, unless the computer may be the reason for that.
-
-    References must be valid.
-    """
-    return run.valid or (run.computer_kept_up and run.manager not in SCORE_REFERENCES)
 
 
 def utility(run: RunRow, healthy: Figures, multiple: float = 1.0) -> float | None:
@@ -173,45 +176,101 @@ def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
     Runs of different models, durations, middlewares, thinking times or versions of the package are never put together;
     those on different flights are, since a score is of pairs.
     """
-    tables: dict[tuple[object, ...], dict[str, list[RunRow]]] = {}
+    tables: dict[str, dict[str, list[RunRow]]] = {}
     repairing = [run for run in runs if run.task == REPAIR]
     for name, group in named_groups(repairing, by_flight=False, name_suite=False):
-        first = group[0]
-        flight = replace(first.flight, bag="", name="")
-        key = (first.suite, first.model, flight, first.thinking_s, first.middleware, first.version)
-        tables.setdefault(key, {})[name] = group
-    return [_table(systems) for systems in tables.values()]
+        title = group[0].suite + setting_label(group[0], repairing, by_flight=False)
+        tables.setdefault(title.strip(), {})[name] = group
+    return [_table(title, systems) for title, systems in tables.items()]
 
 
-def score_rows(systems: Mapping[str, Sequence[RunRow]]) -> tuple[ScoreRow, ...]:
+class _Measured(NamedTuple):
+    """Utilities, and what they are measured against.
+
+    Attributes:
+        healthy: the healthy IoU of never repairing, by experiment.
+        nothing: the utility of never repairing.
+        scored: what repairing wins, where that is enough for a score.
+        others: what it wins elsewhere.
+        systems: the utilities of each managing system, by name.
+        clusters: what each run has in common with others.
+    """
+
+    healthy: Figures
+    nothing: Figures
+    scored: Figures
+    others: Figures
+    systems: Mapping[str, Figures]
+    clusters: Mapping[Experiment, Cluster]
+
+
+def score_rows(systems: Systems) -> tuple[ScoreRow, ...]:
     """Return the scores of managing systems, from the best to the worst.
 
     Args:
         systems: what the row is called → runs that can be put side by side.
     """
-    return _table(systems).rows
+    return _rows(systems, _measured(systems))
 
 
-def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
-    healthy = _healthy(systems)
-    nothing, scored, others = _gains(systems, healthy)
-    figures = {name: _figures(runs, healthy, nothing, {*scored, *others}) for name, runs in systems.items()}
-    clusters = {run.experiment: run.cluster for runs in systems.values() for run in runs}
+def _table(title: str, systems: Systems) -> ScoreTable:
+    measured = _measured(systems)
+    rows = _rows(systems, measured)
+    pairs = [(row, other) for place, row in enumerate(rows) for other in rows[place + 1 :]]
+    return ScoreTable(
+        title=title,
+        example=next(iter(systems.values()))[0],
+        rows=rows,
+        differences=differences(
+            {row.system: measured.systems[row.system] for row in rows},
+            measured.scored,
+            measured.clusters,
+            [(row.system, other.system) for row, other in pairs if row.is_comparable(other)],
+        ),
+        orders={multiple: _order(systems, measured, multiple) for multiple in PRICE_MULTIPLES}
+        if measured.scored
+        else {},
+    )
+
+
+def _measured(systems: Systems) -> _Measured:
+    never, always = (
+        [run for runs in systems.values() for run in runs if run.manager == reference and run.valid]
+        for reference in SCORE_REFERENCES
+    )
+    worth = {run.experiment: run.metrics["iou_healthy"] for run in never}
+    healthy = {key: iou for key, iou in worth.items() if iou is not None}
+    nothing, everything = _utilities(never, healthy), _utilities(always, healthy)
+    gains = {key: everything[key] - nothing[key] for key in nothing if key in everything}
+    of_repetitions: dict[Experiment, list[float]] = {}
+    for key, gain in gains.items():
+        of_repetitions.setdefault(key[:-1], []).append(gain)
+    scored = {key: gain for key, gain in gains.items() if fmean(of_repetitions[key[:-1]]) >= LEAST_GAIN}
+    return _Measured(
+        healthy,
+        nothing,
+        scored,
+        {key: gain for key, gain in gains.items() if key not in scored},
+        {name: _figures(runs, healthy, nothing, gains) for name, runs in systems.items()},
+        {run.experiment: run.cluster for runs in systems.values() for run in runs},
+    )
+
+
+def _rows(systems: Systems, measured: _Measured) -> tuple[ScoreRow, ...]:
+    nothing, scored, others, clusters = measured.nothing, measured.scored, measured.others, measured.clusters
     rows = []
     for name, runs in systems.items():
-        known = figures[name]
-        shared = [key for key in known if key in scored]
-        harmed = [key for key in known if key in others]
+        known = measured.systems[name]
+        shared, harmed = ([key for key in known if key in of] for of in (scored, others))
         valid = [run for run in runs if run.valid]
         outcomes = [outcome for run in valid for outcome in run.outcomes]
-        counted = [run for run in runs if run.valid or run.computer_kept_up]
         rows.append(
             ScoreRow(
                 system=name,
                 manager=runs[0].manager,
-                evidence="images" if any(run.evidence == "images" for run in runs) else "symptoms",
-                runs=len(counted),
-                invalid=sum(not run.valid for run in counted),
+                evidence=_evidence(runs),
+                runs=len(runs),
+                invalid=len(runs) - len(valid),
                 missing=len({*scored, *others} - {run.experiment for run in runs}),
                 score=estimate_ratio(
                     [known[key] - nothing[key] for key in shared],
@@ -223,75 +282,36 @@ def _table(systems: Mapping[str, Sequence[RunRow]]) -> ScoreTable:
                 harm=estimate(
                     [nothing[key] - known[key] for key in harmed], [clusters[key] for key in harmed]
                 ),
-                unpaired=sum(run.experiment not in {*scored, *others} for run in counted),
+                unpaired=sum(run.experiment not in {*scored, *others} for run in runs),
                 estimates={figure: estimate_figure(valid, figure) for figure in FIRST_FIGURES},
                 faults=len(outcomes),
                 cured=sum(outcome.cured is not None for outcome in outcomes),
             )
         )
-    rows.sort(key=lambda row: _rank(row, figures[row.system]))
-    return ScoreTable(
-        example=next(iter(systems.values()))[0],
-        rows=tuple(rows),
-        differences=differences(
-            {row.system: figures[row.system] for row in rows},
-            scored,
-            clusters,
-            [
-                (row.system, other.system)
-                for place, row in enumerate(rows)
-                for other in rows[place + 1 :]
-                if row.is_comparable(other)
-            ],
-        ),
-        orders={multiple: _order(systems, healthy, scored, multiple) for multiple in PRICE_MULTIPLES}
-        if scored
-        else {},
-    )
+    return tuple(sorted(rows, key=lambda row: _rank(row, measured.systems[row.system])))
 
 
-def _healthy(systems: Mapping[str, Sequence[RunRow]]) -> Figures:
-    """Return the healthy IoU of never repairing, by experiment."""
-    return {
-        run.experiment: iou
-        for runs in systems.values()
-        for run in runs
-        if run.manager == SCORE_REFERENCES[0]
-        and run.valid
-        and (iou := run.metrics["iou_healthy"]) is not None
-    }
-
-
-def _gains(systems: Mapping[str, Sequence[RunRow]], healthy: Figures) -> tuple[Figures, Figures, Figures]:
-    """Return what never repairing gives, and what repairing wins: where that is enough for a score, and elsewhere."""
-    nothing, everything = (
-        next((_utilities(runs, healthy) for runs in systems.values() if runs[0].manager == reference), {})
-        for reference in SCORE_REFERENCES
-    )
-    gains = {key: everything[key] - nothing[key] for key in nothing if key in everything}
-    of_repetitions: dict[Experiment, list[float]] = {}
-    for key, gain in gains.items():
-        of_repetitions.setdefault(key[:-1], []).append(gain)
-    scored = {key: gain for key, gain in gains.items() if fmean(of_repetitions[key[:-1]]) >= LEAST_GAIN}
-    return nothing, scored, {key: gain for key, gain in gains.items() if key not in scored}
+def _evidence(runs: Sequence[RunRow]) -> str:
+    """Return what a managing system looked at: the references at nothing, and at the faults."""
+    known = dict(zip(SCORE_REFERENCES, ("nothing", "faults"), strict=True))
+    looked = "images" if any(run.evidence == "images" for run in runs) else "symptoms"
+    return known.get(runs[0].manager, looked)
 
 
 def _figures(
     runs: Sequence[RunRow],
     healthy: Figures,
     nothing: Figures,
-    expected: Collection[Experiment],
+    expected: Iterable[Experiment],
     multiple: float = 1.0,
 ) -> Figures:
     """Return the utility of a managing system's runs; where a run is invalid or missing, that of never repairing.
 
     An invalid run with a lower utility keeps it.
     """
-    left_out = {run.experiment for run in runs if not is_scored(run)}
-    known = dict(_utilities(runs, healthy, multiple))
-    for key in nothing:
-        if key in expected and key not in left_out:
-            known.setdefault(key, nothing[key])
+    known = _utilities(runs, healthy, multiple)
+    for key in expected:
+        known.setdefault(key, nothing[key])
     for run in runs:  # what was done before a rule was broken counts
         value = utility(run, healthy, multiple)
         if not run.valid and run.experiment in known and value is not None:
@@ -299,23 +319,16 @@ def _figures(
     return known
 
 
-def _order(
-    systems: Mapping[str, Sequence[RunRow]], healthy: Figures, scored: Figures, multiple: float
-) -> tuple[str, ...]:
+def _order(systems: Systems, measured: _Measured, multiple: float) -> tuple[str, ...]:
     """Return the names of managing systems by what they win at a multiple of the prices, the best first."""
-    nothing = next(
-        _utilities(runs, healthy, multiple)
-        for runs in systems.values()
-        if runs[0].manager == SCORE_REFERENCES[0]
-    )
     won = {}
     for name, runs in systems.items():
-        known = _figures(runs, healthy, nothing, scored, multiple)
-        won[name] = fsum(known[key] - nothing[key] for key in scored if key in known)
+        known = _figures(runs, measured.healthy, measured.nothing, measured.scored, multiple)
+        won[name] = fsum(known[key] - measured.nothing[key] for key in measured.scored)
     return tuple(sorted(won, key=lambda name: -won[name]))
 
 
-def _utilities(runs: Sequence[RunRow], healthy: Figures, multiple: float = 1.0) -> Figures:
+def _utilities(runs: Sequence[RunRow], healthy: Figures, multiple: float = 1.0) -> dict[Experiment, float]:
     """Return the utility of valid runs by experiment; the mean of several that one managing system has made unlike."""
     found: dict[Experiment, list[float]] = {}
     for run in runs:

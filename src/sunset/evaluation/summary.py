@@ -1,6 +1,6 @@
 """From runs to the rows of the table: one a managing system."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from math import inf
@@ -13,7 +13,7 @@ from msgspec.inspect import FloatType, IntType, UnionType, type_info
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, Flight, RunRow
 from sunset.evaluation.system_styles import SHIPPED
-from sunset.metrics import FaultOutcome, RunMetrics
+from sunset.metrics import FATES, FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES
 from sunset.schemas import fields_of
 from sunset.system import REPAIR
@@ -50,7 +50,6 @@ class SystemRow:
         failed: the runs in which the managing system failed, whether they count or not.
         differing: the runs whose stored figures are not what was computed again.
         unwalled: the runs in which not all walls were around the managing system, whether they count or not.
-        contradicting: pairs of runs that should have the same messages and do not.
         several: the packages of which the runs had several versions: name → versions.
         warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         outcomes: what became of the faults of all valid runs; nothing of reference rows.
@@ -74,7 +73,6 @@ class SystemRow:
     failed: tuple[RunRow, ...] = ()
     differing: tuple[RunRow, ...] = ()
     unwalled: tuple[RunRow, ...] = ()
-    contradicting: tuple[tuple[RunRow, RunRow], ...] = ()
     several: Mapping[str, Sequence[str]] = field(default_factory=dict)
     warning: str = ""
     outcomes: tuple[FaultOutcome, ...] = ()
@@ -88,6 +86,24 @@ class SystemRow:
     def unresolved_rate(self) -> float | None:
         """The share of all episodes that are unresolved; None where there are none, or none counts."""
         return self.unresolved / self.episodes if self.episodes and not self.is_reference else None
+
+    @property
+    def cured(self) -> int:
+        """How many of the faults were cured."""
+        return sum(outcome.cured is not None for outcome in self.outcomes)
+
+    @property
+    def cured_rate(self) -> float | None:
+        """The share of the faults that was cured; None where there was none."""
+        return self.cured / len(self.outcomes) if self.outcomes else None
+
+    @property
+    def fates(self) -> dict[str, dict[str, int]]:
+        """How many of each fault were cured, masked or missed: fault → fate → number."""
+        counts = {name: dict.fromkeys(FATES, 0) for name in sorted({one.fault for one in self.outcomes})}
+        for outcome in self.outcomes:
+            counts[outcome.fault][outcome.fate] += 1
+        return counts
 
 
 def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
@@ -130,7 +146,7 @@ def named_groups(
         name_suite: whether the name says which suite was run.
     """
     runs = list(rows)
-    groups: dict[tuple[str, str, str, Flight, str, float, str, str], list[RunRow]] = {}
+    groups: dict[tuple[object, ...], list[RunRow]] = {}
     for run in sorted(runs, key=_order):
         flight = run.flight if by_flight else replace(run.flight, bag="", name="")
         key = (
@@ -139,25 +155,43 @@ def named_groups(
         )
         groups.setdefault(key, []).append(run)
     names = manager_names({run.manager for run in runs})
-    several_models = len({run.model for run in runs}) > 1
-    several_bags = by_flight and len({run.flight.bag for run in runs}) > 1
-    several_middlewares = len({run.middleware for run in runs}) > 1
-    several_versions = len({run.version for run in runs}) > 1
     return [
         (
-            names[manager]
-            + (_SUITE_LABELS.get(suite, f" ({suite})") if name_suite else "")
-            + (f" [{model}]" if several_models else "")
-            + part_label(group)
-            + flight.label(bag=several_bags)
-            + (f" [{task}]" if task != REPAIR else "")
-            + (f" [thinking {thinking_s:g} s]" if thinking_s else "")
-            + (f" [{middleware}]" if several_middlewares else "")
-            + (f" [sunset {version or 'unknown'}]" if several_versions else ""),
+            names[group[0].manager]
+            + (_SUITE_LABELS.get(group[0].suite, f" ({group[0].suite})") if name_suite else "")
+            + setting_label(group[0], runs, part_label(group), by_flight=by_flight),
             group,
         )
-        for (suite, manager, model, flight, task, thinking_s, middleware, version), group in groups.items()
+        for group in groups.values()
     ]
+
+
+def setting_label(run: RunRow, runs: Sequence[RunRow], part: str = "", *, by_flight: bool = True) -> str:
+    """Return what tells a run's row from others of a report: settings of which there are several.
+
+    It always has the task, the thinking time, and what of the flight is unlike the paper's.
+
+    Args:
+        run: one of the row.
+        runs: all of the report.
+        part: what stands behind the model.
+        by_flight: whether rows are of one flight.
+    """
+    several_models, several_bags, several_middlewares, several_versions = (
+        len(values) > 1
+        for values in map(
+            set, zip(*((one.model, one.flight.bag, one.middleware, one.version) for one in runs), strict=True)
+        )
+    )
+    return (
+        (f" [{run.model}]" if several_models else "")
+        + part
+        + run.flight.label(bag=by_flight and several_bags)
+        + (f" [{run.task}]" if run.task != REPAIR else "")
+        + (f" [thinking {run.thinking_s:g} s]" if run.thinking_s else "")
+        + (f" [{run.middleware}]" if several_middlewares else "")
+        + (f" [sunset {run.version or 'unknown'}]" if several_versions else "")
+    )
 
 
 def scenarios_of(group: Sequence[RunRow]) -> frozenset[str]:
@@ -232,20 +266,10 @@ def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
         failed=tuple(run for run in group if run.failed),
         differing=tuple(run for run in group if run.differing),
         unwalled=tuple(run for run in group if run.missing_walls),
-        contradicting=tuple(_contradicting(group)),
         several=_several(group),
         warning=first.warning,
         outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes),
     )
-
-
-def _contradicting(runs: Sequence[RunRow]) -> Iterator[tuple[RunRow, RunRow]]:
-    """Yield pairs of runs that have the same recipe and different messages."""
-    first: dict[str, RunRow] = {}
-    for run in runs:
-        known = first.setdefault(run.recipe, run)
-        if run.recipe and run.digest != known.digest:
-            yield known, run
 
 
 def _several(runs: Sequence[RunRow]) -> dict[str, list[str]]:

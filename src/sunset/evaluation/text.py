@@ -5,12 +5,12 @@ from typing import Final
 
 from rich.cells import cell_len
 
-from sunset.evaluation.blocks import Block, Report, plain
+from sunset.evaluation.blocks import Block, Report
 from sunset.tables import aligned, table_width
 
 _WIDTH: Final = 100
 _GAP: Final = 2
-_LEAST: Final = 16  # so wide is the first column at least
+_LEAST: Final = 11  # so wide is the first column at least
 
 
 def as_text(report: Report) -> str:
@@ -26,24 +26,16 @@ def wrapped(text: str, indent: str = "  ") -> str:
 
 
 def _table(block: Block) -> str:
-    head = ["system", "runs", *(column.text for column in block.columns)]
-    rows = [[line.label, line.runs, *map(plain, line.cells)] for group in block.groups for line in group]
-    others = table_width([row[1:] for row in (head, *rows)]) + _GAP
-    room = max(_WIDTH - others, _LEAST)
-    names = [row[0] for row in rows]
-    for row in rows:
-        if cell_len(row[0]) > room:  # a line of its own
-            row[0] = ""
-    rule = "─" * table_width([head, *rows])
-    first, *lines = aligned([head, *rows], left={0, *range(2, len(head))})
-    out = [f"{block.title}\n", first, rule]
-    numbered = zip(names, rows, lines, strict=True)
-    for group in block.groups:
-        for _ in group:
-            name, row, line = next(numbered)
-            out += [line] if row[0] == name else [_shortened(name, _WIDTH), line]
-        out.append(rule)
-    return "\n".join(out)
+    rows = [block.head, *block.rows()]
+    room = max(_WIDTH - table_width([row[1:] for row in rows]) - _GAP, _LEAST)
+    above = ["" if cell_len(row[0]) <= room else f"{_shortened(row[0], _WIDTH)}\n" for row in rows]
+    rows = [["" if name else label, *others] for name, (label, *others) in zip(above, rows, strict=True)]
+    head, *lines = (
+        name + line
+        for name, line in zip(above, aligned(rows, left={0, *range(2, len(block.head))}), strict=True)
+    )
+    rule = "─" * table_width(rows)
+    return "\n".join([f"{block.title}\n", head, rule, *lines, rule])
 
 
 def _shortened(text: str, width: int) -> str:

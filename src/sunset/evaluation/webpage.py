@@ -3,13 +3,12 @@
 from html import escape
 from typing import Final
 
-from sunset.evaluation.blocks import PAPER_LABEL, Block, Line, LineKind, Report, plain
+from sunset.evaluation.blocks import PAPER_LABEL, Block, Report
 
 _STYLE: Final = """
-:root { color-scheme: light dark; --ink: #1b1b1b; --soft: #666;
-  --line: #ccc; --paper: #fff; --band: #f4f6f8; }
+:root { color-scheme: light dark; --ink: #1b1b1b; --soft: #666; --line: #ccc; --paper: #fff; }
 @media (prefers-color-scheme: dark) {
-  :root { --ink: #e8e8e8; --soft: #a0a0a0; --line: #444; --paper: #16181a; --band: #1f2326; }
+  :root { --ink: #e8e8e8; --soft: #a0a0a0; --line: #444; --paper: #16181a; }
 }
 body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper);
   max-width: 68rem; margin: 2rem auto; padding: 0 1rem; }
@@ -21,9 +20,6 @@ thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; }
 tbody { border-bottom: 1px solid var(--line); }
 tbody th { font-weight: 600; min-width: 11rem; white-space: normal; overflow-wrap: anywhere; }
 td.runs, th.runs { text-align: right; }
-tr.confidence > *, tr.published > * { color: var(--soft); font-weight: 400; font-size: .875rem; }
-tr.published > * { background: var(--band); }
-tr.confidence th, tr.published th { padding-left: 2rem; }
 .listing tbody th { font-weight: 400; }
 a { color: inherit; }
 dt { font-weight: 600; } dd { margin: 0 0 .5rem 1.5rem; }
@@ -34,9 +30,9 @@ figure svg { width: 100%; min-width: 42rem; height: auto; }
 figure svg.column { min-width: 21rem; max-width: 33rem; }
 figure pre { overflow: auto; max-height: 20rem; font-size: .8rem; }
 @media print {
-  :root { color-scheme: light; --ink: #1b1b1b; --soft: #666; --line: #ccc; --paper: #fff; --band: #f4f6f8; }
+  :root { color-scheme: light; --ink: #1b1b1b; --soft: #666; --line: #ccc; --paper: #fff; }
   body { max-width: none; margin: 0; padding: 0; font-size: 10pt; } .scroll { overflow: visible; }
-  table, tr.confidence > *, tr.published > * { font-size: 8pt; } th, td { padding: .2rem .4rem; }
+  table { font-size: 8pt; } th, td { padding: .2rem .4rem; }
   tr, figure { break-inside: avoid; }
   h2, h3, figcaption, dt { break-after: avoid; } details { display: none; }
 }
@@ -92,18 +88,14 @@ def _table(block: Block) -> str:
         f'<th scope="col" title="{escape(column.meaning)}">{escape(column.text)}</th>'
         for column in block.columns
     )
-    bodies = "\n".join(
-        "<tbody>\n" + "\n".join(_line(line) for line in group) + "\n</tbody>" for group in block.groups
+    body = "\n".join(
+        f'<tr><th scope="row">{label}</th><td class="runs">{runs}</td>'
+        + "".join(f"<td>{cell}</td>" for cell in cells)
+        + "</tr>"
+        for label, runs, *cells in (map(escape, row) for row in block.rows())
     )
     return (
         f'<h2>{escape(block.title)}</h2>\n<div class="scroll">\n<table>\n<thead><tr>'
         f'<th scope="col">system</th><th scope="col" class="runs">runs</th>{heads}</tr></thead>'
-        f"\n{bodies}\n</table>\n</div>"
+        f"\n<tbody>\n{body}\n</tbody>\n</table>\n</div>"
     )
-
-
-def _line(line: Line) -> str:
-    cells = "".join(f"<td>{escape(plain(cell))}</td>" for cell in line.cells)
-    kind = "" if line.kind is LineKind.OURS else f' class="{line.kind.value}"'
-    label = escape(line.label.strip())
-    return f'<tr{kind}><th scope="row">{label}</th><td class="runs">{escape(line.runs)}</td>{cells}</tr>'

@@ -11,7 +11,7 @@ import numpy as np
 
 from sunset.errors import InvalidInputError, RecordError
 from sunset.evaluation import load_results
-from sunset.evaluation.blocks import Block, Column, Line, LineKind, Quantity, Report
+from sunset.evaluation.blocks import Block, Column, Line, Quantity, Report
 from sunset.evaluation.latex import as_latex
 from sunset.evaluation.summary import named_groups
 from sunset.evaluation.text import as_text
@@ -37,12 +37,12 @@ PUBLISHED: Final[Mapping[str, Quantity]] = MappingProxyType(
 """The paper's baseline: Wiedholz et al., SUNSET, RoSE '26, Table 1."""
 
 _COLUMNS: Final = (
-    Column("f_res/a_exec ↑", r"$\frac{f_\mathrm{resolved}}{a_\mathrm{executed}}\uparrow$", "of the rules"),
-    Column("t_react [s] ↓", r"$t_\mathrm{react}\,[\mathrm{s}]\downarrow$", "from trigger to success"),
-    Column("#redeploy_u ↓", r"$\#\mathrm{redeploy}_\mathrm{u}\downarrow$", "redeploys that no fault needed"),
-    Column("t_down [s] ↓", r"$t_\mathrm{down}\,[\mathrm{s}]\downarrow$", "gaps between frames"),
-    Column("IoU ↑", r"IoU $\uparrow$", "mean over the frames"),
-    Column("IoU_all ↑", r"IoU$_\mathrm{all}\uparrow$", "lost frames count as 0"),
+    Column("f_res/a_exec ↑", "of the rules"),
+    Column("t_react [s] ↓", "from trigger to success"),
+    Column("#redeploy_u ↓", "redeploys that no fault needed"),
+    Column("t_down [s] ↓", "gaps between frames"),
+    Column("IoU ↑", "mean over the frames"),
+    Column("IoU_all ↑", "lost frames count as 0"),
 )
 _METHOD: Final = (
     "By the published script: mean ± population standard deviation over logs; of t_react and IoU over the values of "
@@ -73,8 +73,8 @@ class _Row:
     def own(self) -> dict[str, Quantity | None]:
         return {name: _pooled([log.own.get(name, ()) for log in self.logs]) for name in OWN_FIGURES}
 
-    def line(self, figures: Mapping[str, Quantity | None]) -> tuple[Line]:
-        return (Line(LineKind.OURS, self.label, str(len(self.logs)), tuple(figures.values())),)
+    def line(self, figures: Mapping[str, Quantity | None]) -> Line:
+        return Line(self.label, str(len(self.logs)), tuple(figures.values()))
 
     def to_json(self, *, are_logs: bool) -> dict[str, object]:
         about = {"system": self.label, "logs": len(self.logs), "logs_refused": len(self.refused)}
@@ -136,13 +136,13 @@ def _arranged(rows: Sequence[_Row], *, are_logs: bool) -> Report:
     blocks, notes = [], []
     counted = [row for row in rows if len(row.refused) < len(row.logs)]
     if counted:
-        groups = [row.line(row.by_script) for row in counted]
-        groups.append((Line(LineKind.PUBLISHED, "baseline, published", "", tuple(PUBLISHED.values())),))
-        blocks.append(Block("By the published script", _COLUMNS[:5], tuple(groups), "tab:sunset-paper"))
+        lines = [row.line(row.by_script) for row in counted]
+        lines.append(Line("baseline, published", "", tuple(PUBLISHED.values())))
+        blocks.append(Block("By the published script", _COLUMNS[:5], tuple(lines), "tab:sunset-paper"))
         notes.append(_METHOD)
     if are_logs:
-        groups = [row.line(row.own) for row in rows]
-        blocks.append(Block("By SUNSET's definitions", _COLUMNS[3:], tuple(groups), "tab:sunset-logs"))
+        lines = [row.line(row.own) for row in rows]
+        blocks.append(Block("By SUNSET's definitions", _COLUMNS[3:], tuple(lines), "tab:sunset-logs"))
         notes.append(_OWN_METHOD)
     notes += [
         f"{row.label}: the published script refuses {len(row.refused)} of {len(row.logs)} logs, but for their "

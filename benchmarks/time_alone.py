@@ -20,7 +20,7 @@ from typing import Any, Final
 import sunset
 from sunset.cli._progress import progress_bar
 from sunset.evaluation import RunRow
-from sunset.evaluation.estimates import compare_means
+from sunset.evaluation.paired import difference
 from sunset.managing import Baseline, ManagingSystem, Symptoms
 from sunset.seeding import generator
 from sunset.tables import aligned
@@ -97,12 +97,12 @@ def print_table(rows: Sequence[RunRow], names: Sequence[str], random_one: str) -
             values = [
                 [figures.get((one, *run), {}).get(figure) for run in runs] for one in (name, random_one)
             ]
-            compared = list(zip(runs.values(), *values, strict=True))
-            mean, _, difference, _ = compare_means(compared)
-            if mean is None or difference is None or difference.low is None or difference.high is None:
+            compared = difference(figure, list(zip(runs.values(), *values, strict=True)))
+            found = compared.difference
+            if found is None or found.low is None or found.high is None:
                 raise SystemExit(f"{name}: there are too few runs for an interval.")
-            interval = f"[{difference.low:+.3f}, {difference.high:+.3f}]"
-            cells += [f"{mean:.3f}", f"{difference.mean:+.3f}", interval]
+            interval = f"[{found.low:+.3f}, {found.high:+.3f}]"
+            cells += [f"{compared.first:.3f}", f"{found.mean:+.3f}", interval]
         table.append(cells)
     print("\n".join(aligned(table)), end="\n\n")
 

@@ -18,7 +18,7 @@ from sunset.api import Manager
 from sunset.cli import main
 from sunset.errors import InvalidInputError, MissingExtraError, RecordError
 from sunset.evaluation import Cluster, Difference, PairedComparison
-from sunset.evaluation.estimates import compare_means
+from sunset.evaluation.paired import difference
 from sunset.managing import ManagingSystem, Symptoms
 from sunset.recording import read_messages
 
@@ -273,8 +273,7 @@ def test_a_run_is_printed_as_its_report_and_named_in_one_line(
 
 def test_a_comparison_is_printed_as_a_table() -> None:
     rows = [(Cluster("a", "flight", seed), 0.5 + seed / 10, 0.5) for seed in (1, 2, 3)]
-    first, second, difference, one_sided = compare_means(rows)
-    iou = Difference(figure="iou", first=first, second=second, difference=difference, one_sided=one_sided)
+    iou = difference("iou", rows)
     downtime = Difference(figure="t_down_s", first=None, second=None, difference=None, one_sided=1)
     comparison = PairedComparison(
         first="focus", second="none", pairs=3, left_out=0, differences=(iou, downtime)

@@ -1,12 +1,13 @@
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from sunset.errors import RecordError
-from sunset.evaluation import FIGURES, Agreement, Comparison, Estimate, Pair, compare
+from sunset.evaluation import FIGURES, Agreement, Difference, Estimate, Pair, agrees, compare
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Timeline, score
 
 Store = Callable[..., Path]
@@ -36,8 +37,8 @@ def compared(tmp_path: Path) -> Callable[[], list[Agreement]]:
     return lambda: compare(tmp_path / "sim", tmp_path / "live")
 
 
-def figure(agreement: Agreement, name: str) -> Comparison:
-    (found,) = [one for one in agreement.comparisons if one.name == name]
+def figure(agreement: Agreement, name: str) -> Difference:
+    (found,) = [one for one in agreement.differences if one.figure == name]
     return found
 
 
@@ -73,8 +74,8 @@ def test_runs_are_paired_by_scenario_and_seed(fly: Store, compared: Callable[[],
     pairs = [(one.scenario, one.seed) for one in agreement.pairs]
     assert pairs == [(f"paper/{name}", seed) for name in "abc" for seed in (1, 2, 3)]
     react = figure(agreement, "t_react_s")
-    assert react.sim == pytest.approx(3.75 - 5.8 / 3)
-    assert react.live == pytest.approx(4.0 - 5.8 / 3)
+    assert react.second == pytest.approx(3.75 - 5.8 / 3)
+    assert react.first == pytest.approx(4.0 - 5.8 / 3)
     assert react.difference is not None
     assert react.difference.mean == pytest.approx(0.25)
     # of the differences 0.1, 0.4 and 0.25; Student's t of two degrees of freedom is 4.303
@@ -88,11 +89,11 @@ def test_every_figure_is_compared(fly: Store, compared: Callable[[], list[Agreem
     fly("sim")
     fly("live")
     (agreement,) = compared()
-    assert tuple(one.name for one in agreement.comparisons) == FIGURES
-    without = [one.name for one in agreement.comparisons if one.difference is None]
+    assert tuple(one.figure for one in agreement.differences) == FIGURES
+    without = [one.figure for one in agreement.differences if one.difference is None]
     assert without == ["t_detected_s", "t_located_s", "t_identified_s"]
-    compared_ones = [one for one in agreement.comparisons if one.name not in without]
-    assert all(one.agrees for one in compared_ones)
+    compared_ones = [one for one in agreement.differences if one.figure not in without]
+    assert all(agrees(one) for one in compared_ones)
     assert all(one.difference is not None and one.difference.mean == 0 for one in compared_ones)
 
 
@@ -104,7 +105,7 @@ def test_figures_are_computed_from_the_messages(
     (honest,) = compared()
     edit(live, metrics=dict.fromkeys(FIGURES, 1) | {"faults_cured": 0})
     assert compared() == [honest]
-    assert figure(honest, "iou").live == pytest.approx(0.4)
+    assert figure(honest, "iou").first == pytest.approx(0.4)
 
 
 def test_a_pair_with_an_invalid_run_is_left_out_with_the_reason(
@@ -118,7 +119,7 @@ def test_a_pair_with_an_invalid_run_is_left_out_with_the_reason(
     fly("live", seed=3)
     (agreement,) = compared()
     assert [one.seed for one in agreement.pairs] == [1]
-    assert figure(agreement, "iou").live == pytest.approx(0.5)
+    assert figure(agreement, "iou").first == pytest.approx(0.5)
     assert [(one.scenario, one.seed, one.reason) for one in agreement.left_out] == [
         ("paper/a", 2, "the live run is invalid: the computer was too slow"),
         ("paper/a", 3, "the simulated run is invalid: it read the truth"),
@@ -134,7 +135,7 @@ def test_a_run_without_a_partner_is_left_out(fly: Store, compared: Callable[[], 
         ("paper/a", "there is no live run"),
         ("paper/b", "there is no simulated run"),
     ]
-    assert all(one.agrees is None for one in agreement.comparisons)
+    assert all(agrees(one) is None for one in agreement.differences)
 
 
 def test_a_figure_that_only_one_of_the_two_has_is_counted_and_takes_part_in_no_mean(
@@ -147,7 +148,7 @@ def test_a_figure_that_only_one_of_the_two_has_is_counted_and_takes_part_in_no_m
     (agreement,) = compared()
     react = figure(agreement, "t_react_s")
     assert (react.pairs, react.one_sided) == (1, 1)
-    assert react.sim == pytest.approx(3.5 - 5.8 / 3)
+    assert react.second == pytest.approx(3.5 - 5.8 / 3)
     assert figure(agreement, "t_down_s").pairs == 2
 
 
@@ -171,7 +172,7 @@ def test_repetitions_of_a_scenario_count_once(fly: Store, compared: Callable[[],
 
 
 @pytest.mark.parametrize(
-    ("name", "sim", "difference", "agrees"),
+    ("name", "sim", "difference", "expected"),
     [
         ("iou", 0.5, 0.09, True),
         ("iou", 0.5, -0.11, False),
@@ -184,17 +185,17 @@ def test_repetitions_of_a_scenario_count_once(fly: Store, compared: Callable[[],
     ],
 )
 def test_a_figure_agrees_within_a_fifth_and_a_time_also_within_half_a_second(
-    name: str, sim: float, difference: float, agrees: bool
+    name: str, sim: float, difference: float, expected: bool
 ) -> None:
     found = Estimate(difference, None, None, None, 1)
-    comparison = Comparison(name=name, sim=sim, live=sim + difference, difference=found, one_sided=0)
-    assert comparison.agrees is agrees
+    compared = Difference(figure=name, first=sim + difference, second=sim, difference=found)
+    assert agrees(compared) is expected
 
 
 def test_where_never_both_have_a_figure_it_agrees_only_if_none_has() -> None:
-    lacking = {"name": "t_react_s", "sim": None, "live": None, "difference": None}
-    assert Comparison(**lacking, one_sided=0).agrees is None  # type: ignore[arg-type]
-    assert Comparison(**lacking, one_sided=2).agrees is False  # type: ignore[arg-type]
+    lacking = Difference(figure="t_react_s", first=None, second=None, difference=None)
+    assert agrees(lacking) is None
+    assert agrees(replace(lacking, one_sided=2)) is False
 
 
 def test_failures_are_the_same_however_often_they_came() -> None:

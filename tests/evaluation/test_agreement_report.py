@@ -11,7 +11,7 @@ from sunset.evaluation import (
     AGREEMENT_FORMATS,
     FIGURES,
     Agreement,
-    Comparison,
+    Difference,
     Estimate,
     Flight,
     LeftOut,
@@ -32,15 +32,15 @@ def run(adaptations: int, *failures: str) -> RunMetrics:
     )
 
 
-def comparison(name: str) -> Comparison:
+def compared(name: str) -> Difference:
     match name:
         case "iou":
             estimate = Estimate(-0.2, 0.1, -0.3, -0.1, 3)
-            return Comparison(name=name, sim=0.5, live=0.3, difference=estimate, one_sided=0)
+            return Difference(figure=name, first=0.3, second=0.5, difference=estimate)
         case "t_down_s":
             estimate = Estimate(0.25, None, None, None, 1)
-            return Comparison(name=name, sim=3.5, live=3.75, difference=estimate, one_sided=2)
-    return Comparison(name=name, sim=None, live=None, difference=None, one_sided=0)
+            return Difference(figure=name, first=3.75, second=3.5, difference=estimate, one_sided=2)
+    return Difference(figure=name, first=None, second=None, difference=None)
 
 
 def agreement(*, pairs: bool = True) -> Agreement:
@@ -58,7 +58,7 @@ def agreement(*, pairs: bool = True) -> Agreement:
         if pairs
         else (),
         left_out=(LeftOut(scenario=RIPPLE, seed=3, reason="the live run is invalid: " + "slow " * 20),),
-        comparisons=tuple(comparison(name) for name in FIGURES),
+        differences=tuple(compared(name) for name in FIGURES),
     )
 
 
@@ -70,7 +70,15 @@ def cells(text: str, label: str) -> list[str]:
 def test_text_has_a_line_a_figure() -> None:
     text = format_agreement([agreement()])
     assert "baseline on artifact, model lite: 3 pairs, 1 left out" in text
-    assert cells(text, "figure") == ["figure", "sim", "live", "live − sim", "95 % conf.", "pairs", "agrees"]
+    assert cells(text, "figure") == [
+        "figure",
+        "sim",
+        "live",
+        "live − sim",
+        "95 % interval",
+        "pairs",
+        "agrees",
+    ]
     assert cells(text, "iou") == ["iou", "0.500", "0.300", "-0.200", "[-0.300, -0.100]", "3", "no"]
     assert cells(text, "t_down_s") == ["t_down_s", "3.500", "3.750", "+0.250", "1", "yes"]
     assert cells(text, "miou") == ["miou", "N/A", "N/A", "N/A", "0", "N/A"]
@@ -126,10 +134,8 @@ def test_text_without_a_pair_has_no_table() -> None:
 def test_text_says_why_a_figure_has_no_interval() -> None:
     note = "Figures of fewer than 3 seeds have no confidence interval:"
     assert note not in format_agreement([agreement()])
-    few = Comparison(
-        name="iou", sim=0.5, live=0.3, difference=Estimate(-0.2, 0.1, None, None, 2), one_sided=0
-    )
-    assert note in format_agreement([replace(agreement(), comparisons=(few,))])
+    few = replace(compared("iou"), difference=Estimate(-0.2, 0.1, None, None, 2))
+    assert note in format_agreement([replace(agreement(), differences=(few,))])
 
 
 def test_csv_has_a_line_a_figure_and_empty_cells_where_there_is_nothing() -> None:

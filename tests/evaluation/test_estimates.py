@@ -5,7 +5,8 @@ from itertools import product
 import pytest
 
 from sunset.evaluation import Cluster, Estimate, estimate
-from sunset.evaluation.estimates import compare_means, estimate_ratio
+from sunset.evaluation.estimates import estimate_ratio
+from sunset.evaluation.paired import difference
 
 
 def seeds(count: int, alike: str = "a") -> list[Cluster]:
@@ -80,6 +81,6 @@ def test_a_ratio_is_one_of_means_so_that_small_runs_weigh_little() -> None:
 
 def test_pairs_of_which_one_lacks_the_figure_are_counted() -> None:
     rows = [(seeds(3)[0], 3.0, 1.0), (seeds(3)[1], None, 1.0), (seeds(3)[2], None, None)]
-    first, second, difference, one_sided = compare_means(rows)
-    assert (first, second, one_sided) == (3.0, 1.0, 1)
-    assert difference == Estimate(2.0, None, None, None, 1)
+    found = difference("iou", rows)
+    assert (found.first, found.second, found.pairs, found.one_sided) == (3.0, 1.0, 1, 1)
+    assert found.difference == Estimate(2.0, None, None, None, 1)

@@ -11,7 +11,7 @@ from tests.evaluation.test_report import run
 
 from sunset.evaluation import FORMATS, Flight, RunRow, format_report, score_tables, summarise
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
-from sunset.evaluation.scores import NO_SCORE, SCORE_METHOD, ScoreTable
+from sunset.evaluation.scores import NO_SCORE, ScoreTable
 
 NOTHING_TO_REPAIR = "calm"
 
@@ -86,7 +86,8 @@ def test_an_invalid_or_missing_run_counts_as_never_repairing(is_missing: bool) -
     assert (half.runs, half.invalid, half.missing) == ((11, 0, 1) if is_missing else (12, 1, 0))
     assert [row.score for row in found.rows] == [row.score for row in expected.rows]
     assert found.differences == expected.differences
-    assert ("half: 1 run that others have is missing." in lead_notes([found])) is is_missing
+    (line,) = (line for line in lead_blocks([found])[0].lines if line.label == "half")
+    assert line.runs == ("11, 1 missing" if is_missing else "12, 1 invalid")
 
 
 def test_managing_systems_are_compared_with_those_that_looked_at_the_same() -> None:
@@ -131,11 +132,10 @@ def test_the_order_is_given_at_multiples_of_the_prices() -> None:
     table = only(score_tables(runs))
     assert table.orders[0.0] == table.orders[0.5] == ("oracle", "dear", "cheap", "none")
     assert table.orders[1.0] == ("oracle", "cheap", "dear", "none")
-    assert any(
-        "at 0 and 0.5 times the prices oracle > dear > cheap > none; at 1 and 2 times the prices oracle > cheap > dear"
-        in note
-        for note in lead_notes([table])
-    )
+    assert (
+        "Order in timed: oracle > cheap > dear > none; the same at 2 times the prices; at 0 and 0.5 times the prices "
+        "dear > cheap; at 4 times the prices none > dear."
+    ) in lead_notes([table])
 
 
 def test_no_managing_system_is_ranked_by_the_runs_that_it_lets_count() -> None:
@@ -176,19 +176,7 @@ def test_where_there_is_mostly_nothing_to_repair_harm_ranks() -> None:
     assert names == ["harmless", "lucky"]
 
 
-def test_invalid_live_runs_are_left_out_since_the_computer_may_be_the_reason() -> None:
-    live = [replace(one, middleware="cyclonedds") for one in campaign(half=0.5)]
-    slow = [
-        replace(one, valid=False, computer_kept_up=False) if one.manager == "half" and one.seed == 1 else one
-        for one in live
-    ]
-    (half,) = (row for row in only(score_tables(slow)).rows if row.manager == "half")
-    assert (half.runs, half.invalid, half.score and half.score.runs) == (8, 0, 6)
-    assert half.score
-    assert half.score.mean == pytest.approx(0.5)
-
-
-def test_invalid_live_runs_count_where_the_computer_was_fast_enough() -> None:
+def test_invalid_live_runs_count_as_never_repairing_whatever_the_reason() -> None:
     ended = [
         replace(one, middleware="cyclonedds", valid=one.manager != "half" or one.seed != 1)
         for one in campaign(half=0.5)
@@ -240,10 +228,48 @@ def test_flights_are_put_together_and_durations_are_not() -> None:
 
 
 def test_the_blocks_lead_from_the_best_to_the_worst() -> None:
-    scores, differences = lead_blocks(score_tables(campaign(half=0.5)))
-    labels = [line.label for group in scores.groups for line in group if line.runs]
-    assert labels == ["oracle", "half", "none"]
-    assert len([line for group in differences.groups for line in group if line.runs]) == 2
+    scores, harm, differences = lead_blocks(score_tables(campaign(half=0.5)))
+    for block in (scores, harm):
+        assert [line.label for line in block.lines] == ["oracle", "half", "none"]
+    assert [line.label for line in differences.lines] == ["oracle − half", "half − none"]
+    assert [line.cells[0] for line in scores.lines] == ["faults", "symptoms", "nothing"]
+
+
+def test_tables_of_a_suite_are_told_apart_by_title_label_and_columns() -> None:
+    runs = campaign(half=0.5)
+    both = score_tables([*runs, *(replace(one, model="own", version="1.0") for one in runs)])
+    blocks = lead_blocks(both)
+    assert [block.title for block in blocks[::3]] == [
+        "The score: timed [lite] [sunset unknown]",
+        "The score: timed [own] [sunset 1.0]",
+    ]
+    assert [block.label for block in blocks[::3]] == [
+        "tab:sunset-score-timed-lite-sunset-unknown",
+        "tab:sunset-score-timed-own-sunset-1.0",
+    ]
+    lines = list(csv.DictReader(io.StringIO(format_report([], "csv", both))))
+    assert {(line["source"], line["model"], line["version"]) for line in lines} == {
+        (source, *setting) for source in ("score", "difference") for setting in (("lite", ""), ("own", "1.0"))
+    }
+
+
+def test_notes_explain_what_is_shown_and_nothing_else() -> None:
+    runs = campaign(half=0.5)
+    told = format_report(summarise(runs), "table", score_tables(runs))
+    assert ("In brackets: the 95 %" in told, "±" in told, "Harm: mean" in told) == (True, False, True)
+    single = [one for one in runs if one.seed == 1 and one.alike != NOTHING_TO_REPAIR]
+    told = format_report(summarise(single), "table", score_tables(single))
+    assert ("In brackets: the 95 %" in told, "±" in told, "Harm: mean" in told) == (False, False, False)
+
+
+def test_the_first_page_fits_a_hundred_columns_with_intervals_and_invalid_runs() -> None:
+    runs = [
+        replace(one, valid=one.seed != 2 or one.manager != "half", metrics={**one.metrics, "needless": 12.5})
+        for one in campaign(half=-10.5, another_managing_system=0.25)
+    ]
+    text = format_report(summarise(runs), "table", score_tables(runs))
+    assert max(map(len, text.splitlines())) <= 100
+    assert "12, 4 invalid" in text
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -255,7 +281,11 @@ def test_every_format_has_the_score(form: str) -> None:
         (table,) = document["scores"]
         assert table["rows"][1]["score"]["mean"] == pytest.approx(0.5)
         assert table["rows"][1]["harm"]["mean"] == pytest.approx(0.05)
-        assert document["score_method"] == SCORE_METHOD
+        assert {row["manager"]: row["evidence"] for row in table["rows"]} == {
+            "oracle": "faults",
+            "half": "symptoms",
+            "none": "nothing",
+        }
     elif form == "csv":
         lines = list(csv.DictReader(io.StringIO(text)))
         half = {

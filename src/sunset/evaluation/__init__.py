@@ -1,6 +1,6 @@
 """From stored records to tables, figures and reports; nothing is run."""
 
-from sunset.evaluation.agreement import Agreement, Comparison, LeftOut, Pair, compare
+from sunset.evaluation.agreement import Agreement, LeftOut, Pair, agrees, compare
 from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreement
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.figure_files import WrittenFigures, write_figures
@@ -22,7 +22,6 @@ __all__ = [
     "RUNS_FORMATS",
     "Agreement",
     "Cluster",
-    "Comparison",
     "Difference",
     "Estimate",
     "Flight",
@@ -34,6 +33,7 @@ __all__ = [
     "ScoreTable",
     "SystemRow",
     "WrittenFigures",
+    "agrees",
     "compare",
     "compare_managers",
     "entropy_figure",

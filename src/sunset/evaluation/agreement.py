@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import RecordError
-from sunset.evaluation.estimates import Estimate, compare_means
 from sunset.evaluation.intervals import Cluster
+from sunset.evaluation.paired import Difference, difference
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.metrics import RunMetrics, score
 from sunset.recording import read_timeline
@@ -70,44 +70,21 @@ class LeftOut:
     reason: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
-    """One figure, over the pairs in which both runs have it.
+def agrees(compared: Difference) -> bool | None:
+    """Return whether the means, live and of the simulation, are as close as they shall be; None if there are none.
 
-    Attributes:
-        name: one of `FIGURES`.
-        sim: the mean in the simulation; None where there is no such pair.
-        live: the mean live.
-        difference: the estimate of live - sim, over the pairs.
-        one_sided: in how many more pairs only one of the two runs has the figure.
+    That is within `TOLERANCE` of the simulation's mean or, where the figure is a time, within `TOLERANCE_S`.
     """
-
-    name: str
-    sim: float | None
-    live: float | None
-    difference: Estimate | None
-    one_sided: int
-
-    @property
-    def pairs(self) -> int:
-        """How many pairs there are."""
-        return 0 if self.difference is None else self.difference.runs
-
-    @property
-    def agrees(self) -> bool | None:
-        """Whether the means are as close as they shall be; None where nothing can be compared.
-
-        That is within `TOLERANCE` of the simulation's mean or, where the figure is a time, within `TOLERANCE_S`.
-        """
-        if self.difference is None or self.sim is None:
-            return False if self.one_sided else None
-        distance = abs(self.difference.mean)
-        return distance <= TOLERANCE * abs(self.sim) or (self.name.endswith("_s") and distance <= TOLERANCE_S)
+    if compared.difference is None or compared.second is None:
+        return False if compared.one_sided else None
+    distance = abs(compared.difference.mean)
+    is_time = compared.figure.endswith("_s")
+    return distance <= TOLERANCE * abs(compared.second) or (is_time and distance <= TOLERANCE_S)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Agreement:
-    """What a managing system's pairs say together; there is a comparison for each of `FIGURES`."""
+    """What a managing system's pairs say together, with live − sim of each of `FIGURES`."""
 
     suite: str
     manager: str
@@ -115,7 +92,7 @@ class Agreement:
     flight: Flight
     pairs: tuple[Pair, ...]
     left_out: tuple[LeftOut, ...]
-    comparisons: tuple[Comparison, ...]
+    differences: tuple[Difference, ...]
 
 
 def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[Agreement]:
@@ -152,7 +129,7 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
             flight=flight,
             pairs=tuple(pairs),
             left_out=tuple(left_out),
-            comparisons=tuple(_comparison(name, pairs) for name in FIGURES),
+            differences=tuple(_difference(name, pairs) for name in FIGURES),
         )
         for (suite, manager, model, flight), (pairs, left_out) in groups.items()
     ]
@@ -189,17 +166,10 @@ def _reason(sim: RunRow | None, live: RunRow | None) -> str:
     return "; ".join(reasons)
 
 
-def _comparison(name: str, pairs: Sequence[Pair]) -> Comparison:
-    rows = [
-        (
-            Cluster(pair.alike or pair.scenario, "", pair.seed),
-            getattr(pair.live, name),
-            getattr(pair.sim, name),
-        )
-        for pair in pairs
-    ]
-    live, sim, difference, one_sided = compare_means(rows)
-    return Comparison(name=name, sim=sim, live=live, difference=difference, one_sided=one_sided)
+def _difference(name: str, pairs: Sequence[Pair]) -> Difference:
+    clusters = [Cluster(pair.alike or pair.scenario, "", pair.seed) for pair in pairs]
+    figures = ((getattr(pair.live, name), getattr(pair.sim, name)) for pair in pairs)
+    return difference(name, [(cluster, *both) for cluster, both in zip(clusters, figures, strict=True)])
 
 
 def _failures(run: RunMetrics) -> tuple[str, ...]:

@@ -5,8 +5,9 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from sunset.errors import InvalidInputError
-from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, Comparison, LeftOut, Pair
+from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, LeftOut, Pair, agrees
 from sunset.evaluation.estimates import NO_INTERVAL
+from sunset.evaluation.paired import Difference
 from sunset.evaluation.text import wrapped
 from sunset.tables import aligned, table_width
 from sunset.texts import counted, csv_text
@@ -22,7 +23,7 @@ _RULE: Final = (
     f"A figure agrees if the live mean is within {100 * TOLERANCE:g} % of the simulation's or, of a time, within "
     f"{TOLERANCE_S:g} s."
 )
-_COLUMNS: Final = ("figure", "sim", "live", "live − sim", "95 % conf.", "pairs", "agrees")
+_COLUMNS: Final = ("figure", "sim", "live", "live − sim", "95 % interval", "pairs", "agrees")
 
 
 def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> str:
@@ -45,8 +46,8 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
 
 
 def _notes(agreements: Sequence[Agreement]) -> tuple[str, ...]:
-    differences = [comparison.difference for agreement in agreements for comparison in agreement.comparisons]
-    lacking = any(difference and difference.lacks_interval for difference in differences)
+    found = [compared.difference for agreement in agreements for compared in agreement.differences]
+    lacking = any(difference and difference.lacks_interval for difference in found)
     return (_METHOD, *((NO_INTERVAL,) if lacking else ()), _RULE)
 
 
@@ -60,13 +61,13 @@ def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
     )
     yield ""
     if pairs:
-        rows = [_COLUMNS, *map(_cells, agreement.comparisons)]
+        rows = [_COLUMNS, *map(_cells, agreement.differences)]
         head, *lines = aligned(rows, left=(0, len(_COLUMNS) - 1))
         yield from (head, "─" * table_width(rows), *lines, "")
         yield from (
-            f"Only one of the two runs has {comparison.name} in {counted(comparison.one_sided, 'more pair')}."
-            for comparison in agreement.comparisons
-            if comparison.one_sided
+            f"Only one of the two runs has {compared.figure} in {counted(compared.one_sided, 'more pair')}."
+            for compared in agreement.differences
+            if compared.one_sided
         )
         same_failures = [pair.same_failures for pair in pairs]
         same_adaptations = [pair.same_adaptations for pair in pairs]
@@ -95,14 +96,14 @@ def _item(run: Pair | LeftOut, text: str) -> str:
     return wrapped(f"  {run.scenario}, seed {run.seed}: {text}", "    ")
 
 
-def _cells(comparison: Comparison) -> tuple[str, ...]:
-    verdict = {True: "yes", False: "no", None: "N/A"}[comparison.agrees]
-    if comparison.difference is None or comparison.sim is None or comparison.live is None:
-        return (comparison.name, "N/A", "N/A", "N/A", "", "0", verdict)
-    low, high = comparison.difference.low, comparison.difference.high
-    interval = "" if low is None or high is None else f"[{low:+.3f}, {high:+.3f}]"
-    means = (f"{comparison.sim:.3f}", f"{comparison.live:.3f}", f"{comparison.difference.mean:+.3f}")
-    return (comparison.name, *means, interval, str(comparison.pairs), verdict)
+def _cells(compared: Difference) -> tuple[str, ...]:
+    verdict = {True: "yes", False: "no", None: "N/A"}[agrees(compared)]
+    found = compared.difference
+    if found is None:
+        return (compared.figure, "N/A", "N/A", "N/A", "", "0", verdict)
+    interval = "[{:+.3f}, {:+.3f}]".format(*found.interval) if found.interval else ""
+    means = (f"{compared.second:.3f}", f"{compared.first:.3f}", f"{found.mean:+.3f}")
+    return (compared.figure, *means, interval, str(compared.pairs), verdict)
 
 
 def _share(pairs: Sequence[Pair], verdicts: Sequence[bool]) -> str:
@@ -131,9 +132,7 @@ def _as_json(agreements: Sequence[Agreement]) -> str:
                 "model": agreement.model,
                 **agreement.flight.to_json(),
                 "pairs": len(agreement.pairs),
-                "figures": {
-                    comparison.name: _json_comparison(comparison) for comparison in agreement.comparisons
-                },
+                "figures": {compared.figure: _json(compared) for compared in agreement.differences},
                 "scenarios": [_json_pair(pair) for pair in agreement.pairs],
                 "left_out": [
                     {"scenario": left.scenario, "seed": left.seed, "reason": left.reason}
@@ -148,14 +147,14 @@ def _as_json(agreements: Sequence[Agreement]) -> str:
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _json_comparison(comparison: Comparison) -> dict[str, object]:
+def _json(compared: Difference) -> dict[str, object]:
     return {
-        "sim": comparison.sim,
-        "live": comparison.live,
-        "difference": None if comparison.difference is None else comparison.difference.to_json(),
-        "pairs": comparison.pairs,
-        "one_sided": comparison.one_sided,
-        "agrees": comparison.agrees,
+        "sim": compared.second,
+        "live": compared.first,
+        "difference": compared.difference and compared.difference.to_json(),
+        "pairs": compared.pairs,
+        "one_sided": compared.one_sided,
+        "agrees": agrees(compared),
     }
 
 
@@ -179,9 +178,9 @@ def _as_csv(agreements: Sequence[Agreement]) -> str:
     ]
     for agreement in agreements:
         group = (agreement.manager, agreement.suite, agreement.model, *agreement.flight.to_json().values())
-        for comparison in agreement.comparisons:
-            found = comparison.difference
-            numbers = (None,) * 3 if found is None else (found.mean, found.low, found.high)
-            counts = (comparison.pairs, comparison.one_sided, comparison.agrees)
-            rows.append((*group, comparison.name, comparison.sim, comparison.live, *numbers, *counts))
+        for compared in agreement.differences:
+            found = compared.difference
+            numbers = (found.mean, found.low, found.high) if found else (None,) * 3
+            counts = (compared.pairs, compared.one_sided, agrees(compared))
+            rows.append((*group, compared.figure, compared.second, compared.first, *numbers, *counts))
     return csv_text(rows)

@@ -109,26 +109,3 @@ def _estimate(
         return Estimate(figure, std, None, None, len(tops))
     half = found.half_width
     return Estimate(figure, std, figure - half, figure + half, len(tops), found)
-
-
-def compare_means(
-    rows: Sequence[tuple[Cluster, float | None, float | None]],
-) -> tuple[float | None, float | None, Estimate | None, int]:
-    """Compare a figure of pairs of runs.
-
-    Args:
-        rows: of each pair, its cluster, and the figure of its two runs; None where one has none.
-
-    Returns:
-        Over the pairs in which both have it: the mean of the first, of the second, and the estimate of first - second,
-        each None where there is no such pair; and in how many more pairs only one has it.
-    """
-    both = [
-        (cluster, first, other) for cluster, first, other in rows if first is not None and other is not None
-    ]
-    return (
-        statistics.fmean(first for _, first, _ in both) if both else None,
-        statistics.fmean(other for _, _, other in both) if both else None,
-        estimate([first - other for _, first, other in both], [cluster for cluster, _, _ in both]),
-        sum((first is None) != (other is None) for _, first, other in rows),
-    )

@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import fmean
 from typing import TYPE_CHECKING
 
 from sunset.dataframes import data_frame
 from sunset.errors import InvalidInputError
-from sunset.evaluation.estimates import Estimate, compare_means
+from sunset.evaluation.estimates import Estimate, estimate
+from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.results import FIGURES, RunRow
 from sunset.tables import aligned
 from sunset.texts import counted, suggestion
@@ -31,7 +33,29 @@ class Difference:
     first: float | None
     second: float | None
     difference: Estimate | None
-    one_sided: int
+    one_sided: int = 0
+
+    @property
+    def pairs(self) -> int:
+        """How many pairs there are."""
+        return self.difference.runs if self.difference else 0
+
+
+def difference(figure: str, rows: Sequence[tuple[Cluster, float | None, float | None]]) -> Difference:
+    """Compare a figure of pairs of runs.
+
+    Args:
+        figure: its name.
+        rows: of each pair, its cluster, and the figure of its two runs; None where one has none.
+    """
+    both = [(cluster, one, other) for cluster, one, other in rows if one is not None and other is not None]
+    return Difference(
+        figure=figure,
+        first=fmean(one for _, one, _ in both) if both else None,
+        second=fmean(other for _, _, other in both) if both else None,
+        difference=estimate([one - other for _, one, other in both], [cluster for cluster, _, _ in both]),
+        one_sided=sum((one is None) != (other is None) for _, one, other in rows),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,22 +92,12 @@ class PairedComparison:
         def shown(value: float | None) -> str:
             return "N/A" if value is None else f"{value:z.2f}"
 
-        head = ("figure", self.first, self.second, "difference", "95 % interval", "pairs")
-        rows = [head]
-        for compared in self.differences:
-            found = compared.difference
-            sure = "N/A" if found is None or found.low is None else f"{found.low:z.2f} to {found.high:z.2f}"
-            mean, pairs = (None, 0) if found is None else (found.mean, found.runs)
-            rows.append(
-                (
-                    compared.figure,
-                    shown(compared.first),
-                    shown(compared.second),
-                    shown(mean),
-                    sure,
-                    str(pairs),
-                )
-            )
+        rows = [("figure", self.first, self.second, "difference", "95 % interval", "pairs")]
+        for one in self.differences:
+            found = one.difference
+            ends = "{} to {}".format(*map(shown, found.interval)) if found and found.interval else "N/A"
+            mean = shown(found.mean if found else None)
+            rows.append((one.figure, shown(one.first), shown(one.second), mean, ends, str(one.pairs)))
         left_out = f"\n\nLeft out: {counted(self.left_out, 'run')} without a counterpart that counts."
         return "\n".join(aligned(rows)) + (left_out if self.left_out else "")
 
@@ -101,7 +115,7 @@ class PairedComparison:
                 "difference": compared.difference and compared.difference.mean,
                 "low": compared.difference and compared.difference.low,
                 "high": compared.difference and compared.difference.high,
-                "pairs": compared.difference.runs if compared.difference else 0,
+                "pairs": compared.pairs,
             }
             for compared in self.differences
         )
@@ -134,16 +148,13 @@ def compare_managers(runs: Sequence[RunRow], first: str, second: str) -> PairedC
         second=second,
         pairs=len(pairs),
         left_out=len(ours.keys() ^ theirs.keys()),
-        differences=tuple(_difference(figure, pairs) for figure in FIGURES),
+        differences=tuple(
+            difference(name, [(one.cluster, one.metrics[name], other.metrics[name]) for one, other in pairs])
+            for name in FIGURES
+        ),
     )
 
 
 def _by_experiment(runs: Sequence[RunRow], manager: str) -> dict[tuple[object, ...], RunRow]:
     """Return the runs of a managing system that count, by what makes two of them a pair."""
     return {run.experiment: run for run in runs if run.manager == manager and run.valid}
-
-
-def _difference(figure: str, pairs: Sequence[tuple[RunRow, RunRow]]) -> Difference:
-    rows = [(one.cluster, one.metrics[figure], other.metrics[figure]) for one, other in pairs]
-    first, second, difference, one_sided = compare_means(rows)
-    return Difference(figure=figure, first=first, second=second, difference=difference, one_sided=one_sided)

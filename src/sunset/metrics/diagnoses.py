@@ -4,7 +4,8 @@ import itertools
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from typing import Final
 
 from sunset.metrics.limits import Amount, Count, Share
 from sunset.metrics.timeline import Injection, Timeline
@@ -18,7 +19,8 @@ WINDOW_S: Final = 8.0
 LEVELS: Final = ("detected", "located", "identified", "top1")
 
 
-class DiagnosisFigures(NamedTuple):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiagnosisFigures:
     """The figures of a run's diagnoses, as `docs/metrics.md` defines them; a run without any names nothing.
 
     Attributes:

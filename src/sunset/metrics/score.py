@@ -1,7 +1,7 @@
 """One run's figures (paper, section 4; `docs/metrics.md`): what the table is made of."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from typing import Annotated
 
 import numpy as np
@@ -9,7 +9,7 @@ from msgspec import Meta
 
 from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
 from sunset.metrics.confusion import accumulated_iou
-from sunset.metrics.diagnoses import diagnosis_figures, mean
+from sunset.metrics.diagnoses import DiagnosisFigures, diagnosis_figures, mean
 from sunset.metrics.downtime import TOLERANCE_S, downtime
 from sunset.metrics.episodes import Episode, failure_episodes
 from sunset.metrics.limits import MOST, Amount, Count, Share
@@ -19,8 +19,8 @@ from sunset.system import RESULT_TOPIC, current_system
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunMetrics:
-    """The figures of one run; None where there is nothing to take one of.
+class RunMetrics(DiagnosisFigures):
+    """The figures of one run, those of its diagnoses included; None where there is nothing to take one of.
 
     Attributes:
         f_resolved_per_adaptation: resolved episodes over executed adaptations; None without adaptation.
@@ -48,7 +48,6 @@ class RunMetrics:
         cost_frames: the prices of all adaptations, in frames.
         iou_healthy: mean over the frames before the first fault of each frame's IoU.
         utility: `iou_all` less the share of `cost_frames` in all frames, times `iou_healthy`: scores are made of it.
-        diagnoses: how many diagnoses were published; this and what follows until `brier` as of `DiagnosisFigures`.
         frames_without_truth: how many frames have no pixel of a known class, and count for no figure of quality.
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
@@ -81,17 +80,6 @@ class RunMetrics:
     cost_frames: Amount
     iou_healthy: Share | None
     utility: Annotated[float, Meta(ge=-MOST, le=1)] | None
-    diagnoses: Count
-    faults_detected: Count
-    faults_located: Count
-    faults_identified: Count
-    faults_top1: Count
-    t_detected_s: Amount | None
-    t_located_s: Amount | None
-    t_identified_s: Amount | None
-    false_alarms: Count
-    faultless_s: Amount
-    brier: Share
     frames_without_truth: Count
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
@@ -101,7 +89,9 @@ class RunMetrics:
     @classmethod
     def names(cls) -> tuple[str, ...]:
         """Return the names of the figures: all fields but the lists of episodes, adaptations and outcomes."""
-        return tuple(field.name for field in fields(cls) if field.default != ())
+        figures = [field.name for field in fields(cls) if field.default != ()]
+        others = len(fields(DiagnosisFigures))
+        return (*figures[others:], *figures[:others])
 
     def to_json(self) -> dict[str, float | None]:
         """Return the figures by name."""
@@ -162,7 +152,7 @@ def score(timeline: Timeline) -> RunMetrics:
         utility=None
         if iou_all is None or healthy is None
         else utility_of(iou_all, cost, healthy, timeline.expected_frames),
-        **diagnosis_figures(timeline, faults)._asdict(),
+        **asdict(diagnosis_figures(timeline, faults)),
         frames_without_truth=without_truth,
         failures=failures,
         executed=executed,

@@ -145,7 +145,7 @@ def test_invalid_runs_take_no_part_and_are_listed() -> None:
     found = row.estimates["iou"]
     assert found is not None
     assert (row.runs, found.mean) == (1, 0.4)
-    assert [one.reason for one in row.invalid] == ["it cheated"]
+    assert [one.reason for one in row.all_runs if not one.valid] == ["it cheated"]
 
 
 def test_a_system_of_invalid_runs_only_still_has_a_row() -> None:
@@ -189,14 +189,14 @@ def test_runs_that_measure_another_time_or_flight_have_rows_of_their_own() -> No
         "baseline [4 s] [flight 3c3c3c3c]",
         "baseline [flight 7e7e7e7e]",
     }
-    assert {row.model for row in [*rows, *several]} == {"lite"}
+    assert {row.example.model for row in [*rows, *several]} == {"lite"}
 
 
 def test_a_row_of_a_part_of_a_suite_says_so() -> None:
     first, second, *others = scenarios = [one.name for one in suite("paper")]
     (row,) = summarise([run(scenario=first), run(scenario=first, seed=2), run(scenario=second, valid=False)])
     assert row.system == "baseline [2 of 54 scenarios]"
-    assert row.seeds == {1, 2}
+    assert {one.seed for one in row.all_runs} == {1, 2}
     (whole,) = summarise([run(scenario=name) for name in scenarios])
     assert whole.system == "baseline"
     assert names(run(suite="mine", scenario="mine/a")) == ["baseline (mine)"]

@@ -29,7 +29,7 @@ def diagnosis_blocks(rows: Sequence[SystemRow]) -> tuple[Block, ...]:
     `none`, which publishes nothing, stands in it for comparison.
     """
     diagnosing = [row for row in rows if _total(row, "diagnoses")]
-    shown = [row for row in rows if row in diagnosing or row.manager == "none"] if diagnosing else []
+    shown = [row for row in rows if row in diagnosing or row.example.manager == "none"] if diagnosing else []
     lines = tuple(Line(row.system, str(row.runs), _cells(row)) for row in shown if not row.is_reference)
     return (Block("Diagnosis", _COLUMNS, lines, "tab:sunset-diagnosis"),) if lines else ()
 

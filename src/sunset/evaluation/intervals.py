@@ -1,11 +1,7 @@
 """How sure a figure of many runs is: crossed random effects.
 
-Runs are not independent: those with the same degradations are alike, and so are those on one flight and those of one
-seed. Each factor, of n levels, has a mean square V: the figure's variance if only that factor made runs alike, which is
-the cluster-robust variance of the levels' sums. The rest of the scatter between cells (one cell is all runs with the
-same degradations, flight and seed) has the mean square R. The figure's variance is R + Σ max(0, V - R), the sum of the
-components of variance. Half the width of the 95 % interval is the root of it times Student's t with
-(Σ V)² / Σ V² / (n - 1) degrees of freedom.
+`docs/metrics.md` has the formula, under *How sure a figure is*: V are the mean squares of factors, and R is that of the
+rest.
 
 Sources: Searle, Casella and McCulloch, Variance Components (1992), for crossed random effects without interactions;
 Satterthwaite, An approximate distribution of estimates of variance components, Biometrics Bulletin 2 (1946), for the

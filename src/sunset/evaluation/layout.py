@@ -1,6 +1,6 @@
 """The report before it has a format: which figures stand in which line, and the notes beneath."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from types import MappingProxyType
 from typing import Final
 
@@ -65,13 +65,13 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
         scores: what it leads with.
         every: whether every other figure follows.
     """
-    repairing = [row for row in rows if row.task == REPAIR]
-    papers = [row for row in repairing if every or row.suite in PAPER_SUITES]
+    repairing = [row for row in rows if row.example.task == REPAIR]
+    papers = [row for row in repairing if every or row.example.suite in PAPER_SUITES]
     judged = [row for row in repairing if every and not row.is_reference]
     figures = (
         _block("The paper's figures", PAPER_LABEL, papers, _PAPER),
         _block("What became of the faults", "tab:sunset-faults", judged, _FAULTS),
-        *diagnosis_blocks([row for row in rows if every or row.task == DIAGNOSE]),
+        *diagnosis_blocks([row for row in rows if every or row.example.task == DIAGNOSE]),
         _block("More about the same runs", "tab:sunset-more", judged, _MORE),
     )
     return Report(
@@ -106,13 +106,14 @@ def _provenance(rows: Sequence[SystemRow]) -> list[str]:
     """Say in one line what was run, and with what."""
     if not rows:
         return []
+    runs = [row.example for row in rows]
     parts = (
-        _named("SUNSET", "", (row.version or "unknown" for row in rows)),
-        _named("model", "s", (row.model for row in rows)),
-        _named("middleware", "s", (row.middleware for row in rows)),
-        _seeds({seed for row in rows for seed in row.seeds}),
-        _named("", "", (f"{row.flight.duration_s:g} s measured" for row in rows)),
-        _named("flight", "s", (f"{row.flight.name} {row.flight.short_bag}".lstrip() for row in rows)),
+        _named("SUNSET", "", (run.version or "unknown" for run in runs)),
+        _named("model", "s", (run.model for run in runs)),
+        _named("middleware", "s", (run.middleware for run in runs)),
+        _seeds({run.seed for row in rows for run in row.all_runs}),
+        _named("", "", (f"{run.flight.duration_s:g} s measured" for run in runs)),
+        _named("flight", "s", (f"{run.flight.name} {run.flight.short_bag}".lstrip() for run in runs)),
     )
     return [f"{'; '.join(parts)}."]
 
@@ -135,59 +136,52 @@ def _seeds(seeds: Collection[int]) -> str:
 
 def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str]:
     """Say what a reader would otherwise take for granted: runs that are missing from a figure that is shown."""
-    notes = []
-    for row in rows:
-        for name, (figure, reason) in _LACKING.items() if row.task == REPAIR else ():
-            found = row.estimates[name]
-            if row in shown and found is not None and found.runs < row.runs:
-                notes.append(
-                    f"{row.system}: {figure} is of {found.runs} of {row.runs} runs; in the others {reason}."
-                )
-        without_truth = row.estimates["frames_without_truth"]
-        if without_truth is not None and without_truth.mean:
-            notes.append(
-                f"{shorten(row.system, 100)}: {without_truth.mean:.4g} frames of a run have no labels and count for no "
-                "figure of quality."
-            )
-    notes += [_invalid_note(row) for row in rows if row.invalid]
-    notes += [_failed_note(row) for row in rows if row.failed]
-    notes += [_differing_note(row) for row in rows if row.differing]
-    notes += [_walls_note(row) for row in rows if row.unwalled]
-    notes += [
-        f"{row.system}: its runs were made with several versions of "
-        + _listed([f"{name} ({', '.join(versions)})" for name, versions in row.several.items()], "packages")
-        for row in rows
-        if row.several
-    ]
+    runs = [run for row in rows for run in row.all_runs]
+    notes = [note for row in rows for note in _row_notes(row, is_shown=row in shown)]
     notes += dict.fromkeys(
-        f"Flight {row.flight.name or row.flight.short_bag}: {row.warning}" for row in rows if row.warning
+        f"Flight {run.flight.name or run.flight.short_bag}: {run.warning}" for run in runs if run.warning
     )
-    if not any(row.invalid for row in rows):
-        some = any(row.failed for row in rows)
+    if all(run.valid for run in runs):
+        some = any(run.failed for run in runs)
         notes.append("Every run counts, also one that failed." if some else "Every run is valid.")
     return notes
 
 
-def _invalid_note(row: SystemRow) -> str:
-    """Return how many of a row's runs do not count, and why."""
-    number = len(row.invalid)
-    what = "invalid run is" if number == 1 else "invalid runs are"
-    reasons = _told((run, run.reason) for run in row.invalid)
-    return f"{row.system}: {number} {what} left out of all columns but the score: {reasons}"
-
-
-def _failed_note(row: SystemRow) -> str:
-    """Return how many of a row's runs failed, and how: the managing system, or a node of an extension."""
-    return f"{row.system}: {len(row.failed)} of {counted(row.runs + len(row.invalid), 'run')} failed: " + (
-        _told((run, run.failed) for run in row.failed)
-    )
-
-
-def _walls_note(row: SystemRow) -> str:
-    """Return in how many of a row's runs walls were missing, and which."""
-    missing = dict.fromkeys(name for run in row.unwalled for name in run.missing_walls)
-    number, walls = counted(len(row.unwalled), "run"), ", ".join(missing)
-    return f"{row.system}: {number} took place without {walls} around the managing system."
+def _row_notes(row: SystemRow, *, is_shown: bool) -> Iterator[str]:
+    """Give what must be known of a row's runs: figures that they lack, what was wrong with them, how they differ."""
+    name = shorten(row.system, 100)
+    for figure, (called, reason) in _LACKING.items() if is_shown else ():
+        found = row.estimates[figure]
+        if found is not None and found.runs < row.runs:
+            yield f"{name}: {called} is of {found.runs} of {row.runs} runs; in the others {reason}."
+    without_truth = row.estimates["frames_without_truth"]
+    if without_truth is not None and without_truth.mean:
+        frames = f"{without_truth.mean:.4g} frames of a run"
+        yield f"{name}: {frames} have no labels and count for no figure of quality."
+    if invalid := [(run, run.reason) for run in row.all_runs if not run.valid]:
+        what = "1 invalid run is" if len(invalid) == 1 else f"{len(invalid)} invalid runs are"
+        yield f"{name}: {what} left out of all columns but the score: {_told(invalid)}"
+    if failed := [(run, run.failed) for run in row.all_runs if run.failed]:
+        yield f"{name}: {len(failed)} of {counted(len(row.all_runs), 'run')} failed: {_told(failed)}"
+    if differing := [run for run in row.all_runs if run.differing]:
+        texts = [f"{', '.join(run.differing)} of {printable(str(run.folder))}" for run in differing]
+        yield (
+            f"{name}: figures were stored that the messages do not give, and are computed here: "
+            f"{_listed(texts, 'runs')}"
+        )
+    if open_runs := [run for run in row.all_runs if run.missing_walls]:
+        walls = ", ".join(dict.fromkeys(wall for run in open_runs for wall in run.missing_walls))
+        yield f"{name}: {counted(len(open_runs), 'run')} took place without {walls} around the managing system."
+    versions: dict[str, set[str]] = {}
+    for package, version in (item for run in row.all_runs for item in run.others.items()):
+        versions.setdefault(package, set()).add(version)
+    several = [
+        f"{package} ({', '.join(sorted(found))})"
+        for package, found in sorted(versions.items())
+        if len(found) > 1
+    ]
+    if several:
+        yield f"{name}: its runs were made with several versions of {_listed(several, 'packages')}"
 
 
 def _told(reasons: Iterable[tuple[RunRow, str]]) -> str:
@@ -199,14 +193,6 @@ def _reason(run: RunRow, reason: str) -> str:
     """Return a run's reason without what tells it from those of others that have the same."""
     place = f" in {run.scenario.removesuffix(f' {run.faults}')}, seed {run.seed}:"
     return shorten(reason.replace(place, ":", 1).rstrip("."), _LONGEST_REASON) or "no reason given"
-
-
-def _differing_note(row: SystemRow) -> str:
-    """Return which of a row's runs had other figures stored than are shown."""
-    told = [f"{', '.join(run.differing)} of {printable(str(run.folder))}" for run in row.differing]
-    return f"{row.system}: figures were stored that the messages do not give, and are computed here: " + (
-        _listed(told, "runs")
-    )
 
 
 def _listed(texts: Sequence[str], what: str) -> str:

@@ -114,38 +114,28 @@ def _as_json(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _described(row: SystemRow) -> dict[str, object]:
-    """Return what a row is about."""
+def _json_row(row: SystemRow) -> dict[str, object]:
+    run = row.example
+    invalid = [(run, "reason", run.reason) for run in row.all_runs if not run.valid]
+    failed = [(run, "reason", run.failed) for run in row.all_runs if run.failed]
+    differing = [(run, "figures", list(run.differing)) for run in row.all_runs if run.differing]
     return {
         "system": row.system,
-        "suite": row.suite,
-        "manager": row.manager,
-        "model": row.model,
-        **row.flight.to_json(),
-        "middleware": row.middleware,
-        "task": row.task,
-        "version": row.version,
+        **{name: getattr(run, name) for name in ("suite", "manager", "model")},
+        **run.flight.to_json(),
+        **{name: getattr(run, name) for name in ("middleware", "task", "version")},
         "runs": row.runs,
-    }
-
-
-def _json_row(row: SystemRow) -> dict[str, object]:
-    return {
-        **_described(row),
         **{name: found and found.to_json() for name, found in row.estimates.items()},
         "unresolved_rate": row.unresolved_rate,
         "cured_rate": row.cured_rate,
         "fates": row.fates,
-        "runs_invalid": len(row.invalid),
-        "runs_failed": len(row.failed),
-        "invalid": [
-            {"scenario": run.scenario, "seed": run.seed, "reason": run.reason} for run in row.invalid
-        ],
-        "failed": [{"scenario": run.scenario, "seed": run.seed, "reason": run.failed} for run in row.failed],
-        "differing": [
-            {"scenario": run.scenario, "seed": run.seed, "figures": list(run.differing)}
-            for run in row.differing
-        ],
+        "runs_invalid": len(invalid),
+        "runs_failed": len(failed),
+        "runs_differing": len(differing),
+        **{
+            name: [{"scenario": run.scenario, "seed": run.seed, key: value} for run, key, value in found]
+            for name, found in (("invalid", invalid), ("failed", failed), ("differing", differing))
+        },
     }
 
 
@@ -156,7 +146,7 @@ def _as_csv(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
     """
     lines = [line for table in scores for line in _lead_lines(table)]
     for row in rows:
-        about = {"source": "runs", **_json_row(row), "runs_differing": len(row.differing)}
+        about = {"source": "runs", **_json_row(row)}
         rates = {"unresolved_rate": row.unresolved_rate, "cured_rate": row.cured_rate}
         figures = [_cells(name, found) for name, found in row.estimates.items() if found]
         figures += [{"figure": name, "mean": rate} for name, rate in rates.items() if rate is not None]

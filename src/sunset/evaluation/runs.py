@@ -38,18 +38,11 @@ def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: P
 
 def run_fields(run: RunRow, folder: Path) -> dict[str, object]:
     """Return a run's row, column by column; its folder relative to `folder`."""
+    names = ("middleware", "task", "thinking_s", "version", "valid")
     return {
-        "scenario": run.scenario,
-        "suite": run.suite,
-        "manager": run.manager,
-        "seed": run.seed,
-        "model": run.model,
+        **{name: getattr(run, name) for name in ("scenario", "suite", "manager", "seed", "model")},
         **run.flight.to_json(),
-        "middleware": run.middleware,
-        "task": run.task,
-        "thinking_s": run.thinking_s,
-        "version": run.version,
-        "valid": run.valid,
+        **{name: getattr(run, name) for name in names},
         "failed": bool(run.failed),
         "reason": run.reason,
         **{name: run.metrics[name] for name in FIGURES},

@@ -1,7 +1,7 @@
 """From runs to the rows of the table: one a managing system."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from math import inf
 from pathlib import PurePath
@@ -11,7 +11,7 @@ from typing import Final
 from msgspec.inspect import FloatType, IntType, UnionType, type_info
 
 from sunset.evaluation.estimates import Estimate, estimate
-from sunset.evaluation.results import FIGURES, Flight, RunRow
+from sunset.evaluation.results import FIGURES, RunRow
 from sunset.evaluation.system_styles import SHIPPED
 from sunset.metrics import FATES, FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES
@@ -38,49 +38,28 @@ class SystemRow:
 
     Attributes:
         system: what the row is called.
-        task: `repair` or `diagnose`.
-        version: of the package that the runs were made with.
-        scenarios: the names of those that were run.
-        seeds: those that were run.
-        runs: how many valid runs there are.
+        example: one of its runs, which have all but scenario and seed in common.
+        all_runs: its runs, those that do not count included.
+        runs: how many of them are valid.
         estimates: figure → estimate over the valid runs; None where it is not applicable.
         episodes: failure episodes of all valid runs together.
         unresolved: those of them that no adaptation ended.
-        invalid: the runs that do not count, each with its reason.
-        failed: the runs in which the managing system failed, whether they count or not.
-        differing: the runs whose stored figures are not what was computed again.
-        unwalled: the runs in which not all walls were around the managing system, whether they count or not.
-        several: the packages of which the runs had several versions: name → versions.
-        warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
         outcomes: what became of the faults of all valid runs; nothing of reference rows.
     """
 
     system: str
-    suite: str
-    manager: str
-    model: str
-    flight: Flight
-    middleware: str
-    task: str
-    version: str
-    scenarios: frozenset[str]
-    seeds: frozenset[int]
+    example: RunRow
+    all_runs: tuple[RunRow, ...]
     runs: int
     estimates: Mapping[str, Estimate | None]
     episodes: int
     unresolved: int
-    invalid: tuple[RunRow, ...] = ()
-    failed: tuple[RunRow, ...] = ()
-    differing: tuple[RunRow, ...] = ()
-    unwalled: tuple[RunRow, ...] = ()
-    several: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    warning: str = ""
-    outcomes: tuple[FaultOutcome, ...] = ()
+    outcomes: tuple[FaultOutcome, ...]
 
     @property
     def is_reference(self) -> bool:
         """Whether it shows what can be had without a managing system, and judges none."""
-        return (self.suite, self.manager) in TABLE_REFERENCES
+        return (self.example.suite, self.example.manager) in TABLE_REFERENCES
 
     @property
     def unresolved_rate(self) -> float | None:
@@ -194,14 +173,10 @@ def setting_label(run: RunRow, runs: Sequence[RunRow], part: str = "", *, by_fli
     )
 
 
-def scenarios_of(group: Sequence[RunRow]) -> frozenset[str]:
-    """Return the names of the scenarios of runs, without what tells those of one name apart."""
-    return frozenset(run.scenario.removesuffix(f" {run.faults}") for run in group)
-
-
 def part_label(group: Sequence[RunRow]) -> str:
     """Return the suffix ` [3 of 54 scenarios]` for a name; empty if all were run, or the suite is not known."""
-    run, size = len(scenarios_of(group)), max((one.suite_size for one in group), default=0)
+    run = len({one.scenario.removesuffix(f" {one.faults}") for one in group})
+    size = max((one.suite_size for one in group), default=0)
     return f" [{run} of {size} scenarios]" if run < size else ""
 
 
@@ -241,41 +216,18 @@ def manager_names(managers: set[str]) -> dict[str, str]:
 
 
 def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
-    first = group[0]
     valid = [run for run in group if run.valid]
-    is_reference = (first.suite, first.manager) in TABLE_REFERENCES
+    is_reference = (group[0].suite, group[0].manager) in TABLE_REFERENCES
     judged = _REFERENCE_FIGURES if is_reference else FIGURES
     return SystemRow(
         system=system,
-        suite=first.suite,
-        manager=first.manager,
-        model=first.model,
-        flight=first.flight,
-        middleware=first.middleware,
-        task=first.task,
-        version=first.version,
-        scenarios=scenarios_of(group),
-        seeds=frozenset(run.seed for run in group),
+        example=group[0],
+        all_runs=tuple(group),
         runs=len(valid),
         estimates=MappingProxyType(
             {name: estimate_figure(valid, name) if name in judged else None for name in FIGURES}
         ),
         episodes=sum(int(run.metrics["episodes"] or 0) for run in valid),
         unresolved=sum(int(run.metrics["episodes_unresolved"] or 0) for run in valid),
-        invalid=tuple(run for run in group if not run.valid),
-        failed=tuple(run for run in group if run.failed),
-        differing=tuple(run for run in group if run.differing),
-        unwalled=tuple(run for run in group if run.missing_walls),
-        several=_several(group),
-        warning=first.warning,
         outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes),
     )
-
-
-def _several(runs: Sequence[RunRow]) -> dict[str, list[str]]:
-    """Return the packages of which runs had several versions: name → versions."""
-    found: dict[str, set[str]] = {}
-    for run in runs:
-        for name, version in run.others.items():
-            found.setdefault(name, set()).add(version)
-    return {name: sorted(versions) for name, versions in sorted(found.items()) if len(versions) > 1}

@@ -1,25 +1,6 @@
 """When a failure's symptom held, when the failure began, and what resolved it.
 
-The definitions, which the paper leaves open:
-
-- An outage, as F1, F2 and F3 are, holds while the last message on its topic is 1 s or more ago. A topic that has
-  never sent anything counts as silent from 0.
-- A failure of a signal, as F4 and F5 are, holds from the sample at which the mean of the last five is beyond the
-  threshold to the sample at which it no longer is. No verdict is made of stale samples: after a gap of more than 1 s
-  in them five fresh ones are needed, and until then what held holds.
-- An episode counts if it holds at any time within the experiment.
-- A failure *began* when its fault was injected, the earliest if there are several and none of them has
-  been blamed for an episode before. A fault that ended with its process, healed, or was cured before the silence or the
-  samples in question is not to blame, and none is for a silence that begins more than 1 s later: outages show at
-  once. A fault that comes again after it has ended is a new one. Where there is no fault to blame, as in a ripple or
-  a relapse, the failure began with its topic's last message, or with the first of the five samples; 0 at the
-  earliest.
-- It is *resolved* if it ended within the experiment, after at least one adaptation of the failing node or of
-  one upstream of it since it began. The last such adaptation is the one that resolved it.
-- An episode counts as resolved only if an injected fault explains it. None explains a silence that does not begin
-  within 1 s of a fault that shows as an outage, in the failing node or one upstream of it, or another failure before
-  which there was no fault that shows as such. A fault explains one resolved episode of each failure: what comes back
-  was not cured, or was brought about. Else a managing system could break what it then repairs.
+`docs/metrics.md` has the definitions, which the paper leaves open, under *The paper's five figures*.
 """
 
 import itertools

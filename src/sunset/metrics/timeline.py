@@ -27,24 +27,6 @@ Values = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]
 
 
-def _check_times(what: str, times: Times) -> None:
-    """Raise unless `times` is a one-dimensional ascending array of finite numbers; equal ones may follow."""
-    if times.ndim != 1:
-        raise RecordError(f"The times of {what} must be one-dimensional, got shape {times.shape}.")
-    if not np.isfinite(times).all():
-        raise RecordError(f"The times of {what} must be finite.")
-    if (np.diff(times) < 0).any():
-        position = int(np.argmax(np.diff(times) < 0))
-        raise RecordError(
-            f"The times of {what} must ascend, got {times[position]:g} s before {times[position + 1]:g} s."
-        )
-
-
-def _check_shape(what: str, values: npt.NDArray[np.generic], shape: tuple[int, ...]) -> None:
-    if values.shape != shape:
-        raise RecordError(f"{what} must have shape {shape}, got {values.shape}.")
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
     """A measured value over time.
@@ -54,16 +36,14 @@ class Samples:
         values: (N,) the samples.
 
     Raises:
-        RecordError: the arrays differ in length, the times descend, or a number is not finite.
+        RecordError: a value is not finite.
     """
 
     times: Times = field(default_factory=lambda: np.empty(0))
     values: Values = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
-        """Check the arrays."""
-        _check_times("samples", self.times)
-        _check_shape("The values of samples", self.values, self.times.shape)
+        """Check the values, which nodes report as text."""
         if not np.isfinite(self.values).all():
             raise RecordError("The values of samples must be finite.")
 
@@ -180,7 +160,7 @@ class Frames:
         truth: (N, 28) pixels of each class in the truth.
 
     Raises:
-        RecordError: the arrays do not match, the times descend, or an IoU is not in [0, 1].
+        RecordError: an IoU is not in [0, 1].
     """
 
     times: Times = field(default_factory=lambda: np.empty(0))
@@ -190,27 +170,16 @@ class Frames:
     truth: Counts = field(default_factory=_no_counts)
 
     def __post_init__(self) -> None:
-        """Check the arrays."""
-        _check_times("frames", self.times)
-        _check_shape("The IoU of frames", self.iou, self.times.shape)
+        """Check the IoU."""
         if not ((self.iou >= 0) & (self.iou <= 1)).all():  # also refuses NaN
             raise RecordError("The IoU of a frame must be from 0 to 1.")
-        for name in ("intersection", "predicted", "truth"):
-            _check_shape(
-                f"The {name} counts of frames", getattr(self, name), (len(self.times), NUMBER_OF_CLASSES)
-            )
-
-
-def _check_positive(name: str, number: float) -> None:
-    if not 0 < number < math.inf:
-        raise RecordError(f"The {name} of a timeline must be finite and greater than 0, got {number}.")
 
 
 def _complete(thresholds: Mapping[str, float]) -> Mapping[str, float]:
     """Return the thresholds of all signals that have one: as given, else as the system's description has them.
 
     Raises:
-        RecordError: one is missing, or cannot be a threshold.
+        RecordError: one is missing, or not finite.
     """
     complete = {}
     for signal in current_system().signals.values():
@@ -220,8 +189,6 @@ def _complete(thresholds: Mapping[str, float]) -> Mapping[str, float]:
                 raise RecordError(
                     f"The {signal.threshold_name} of a timeline must be finite, got {threshold}."
                 )
-            if signal.calibrated:
-                _check_positive(signal.threshold_name, threshold)
             complete[signal.threshold_name] = threshold
     return complete
 
@@ -247,8 +214,7 @@ class Timeline:
         expected_frames: how many frames the experiment has, had none been lost.
 
     Raises:
-        RecordError: a duration, period, threshold or count is not positive, or something is not in order
-            of time.
+        RecordError: a threshold is missing, or not finite.
     """
 
     duration_s: float = DURATION_S
@@ -265,14 +231,8 @@ class Timeline:
     expected_frames: int = round(DURATION_S / PERIOD_S)
 
     def __post_init__(self) -> None:
-        """Check what the value types have not checked."""
-        for name in ("duration_s", "period_s", "expected_frames"):
-            _check_positive(name, getattr(self, name))
+        """Put in the thresholds of the system's description."""
         object.__setattr__(self, "thresholds", _complete(self.thresholds))
-        for topic, times in {**self.message_times, "frames without truth": self.without_truth}.items():
-            _check_times(topic, times)
-        for name in ("injections", "commands", "settings", "diagnoses"):
-            _check_times(name, np.array([event.time for event in getattr(self, name)]))
 
     @property
     def has_truth(self) -> bool:

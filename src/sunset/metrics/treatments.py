@@ -1,11 +1,4 @@
-"""What became of each fault, and which adaptations were needless (`docs/metrics.md`).
-
-- A fault is *cured* when an adaptation ended it or kept it from coming again, or when a cure of it was in place for a
-  second. Only a fault that lives in the world outlasts its cure; its cure is in place while all steps of it are set.
-- A fault is *masked* in a frame if it is there, no cure of it is in place, its symptom has gone after an adaptation,
-  and the frame's IoU is under 0.85 of the healthy IoU.
-- An adaptation is *needless* if it is no step of a cure of any fault that was there at the time.
-"""
+"""What became of each fault, and which adaptations were needless, as `docs/metrics.md` defines it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -221,22 +221,18 @@ def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
     return {name: getattr(figures, name) for name in RunMetrics.names()}
 
 
-def differing_figures(stored: Mapping[str, object], computed: Mapping[str, float | None]) -> tuple[str, ...]:
-    """Return the names of the figures that are stored otherwise than they were computed from the messages."""
-    return tuple(
-        name for name, value in computed.items() if name in stored and not _same(stored[name], value)
-    )
-
-
 def differences(run: RunRecord, computed: RunMetrics) -> tuple[str, ...]:
     """Return the names of what a run's `run.json` says otherwise than it was computed from the messages."""
-    figures = differing_figures(run.metrics, computed.to_json())
+    known = run.metrics
+    figures = [
+        name for name, value in computed.to_json().items() if name in known and not _same(known[name], value)
+    ]
     stored, found = (
         [value for one in outcomes for value in dataclasses.astuple(one)]
         for outcomes in (run.fault_outcomes, computed.outcomes)
     )
     same = len(stored) == len(found) and all(map(_same, stored, found))
-    return figures if same else (*figures, "fault_outcomes")
+    return (*figures, *([] if same else ["fault_outcomes"]))
 
 
 def _same(one: object, other: object) -> bool:

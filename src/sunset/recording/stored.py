@@ -112,15 +112,8 @@ class StoredRun:
     def summary(self) -> dict[str, object]:
         """Return what `sunset run --json` prints."""
         names = (
-            "scenario",
-            "manager",
-            "manager_failed",
-            "seed",
-            "model",
-            "middleware",
-            "digest",
-            "valid",
-            "reason",
+            *("scenario", "manager", "manager_failed", "seed", "model", "middleware"),
+            *("digest", "valid", "reason"),
         )
         return {name: getattr(self.record, name) for name in names} | {"metrics": self.metrics.to_json()}
 

@@ -509,23 +509,6 @@ def test_a_plan_that_was_edited(
     assert words in complaint([*SHORT_CAMPAIGN, "nofault"])
 
 
-@pytest.mark.thorough
-def test_a_campaign_whose_plan_does_not_say_its_version_is_continued(
-    tmp_path: Path, flight: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    del flight
-    monkeypatch.chdir(tmp_path)
-    assert main([*SHORT_CAMPAIGN, "nofault"]) == 0
-    plan = tmp_path / "results" / "bench.json"
-    stored = json.loads(plan.read_text())
-    plan.write_text(json.dumps({key: value for key, value in stored.items() if key != "plan_version"}))
-    capfd.readouterr()
-
-    assert main([*SHORT_CAMPAIGN, "nofault"]) == 0
-
-    assert "0 runs done, 1 were there already" in capfd.readouterr().err
-
-
 def test_a_damaged_run(tmp_path: Path, complaint: Callable[[Sequence[str]], str]) -> None:
     written(tmp_path / "results" / "run.json", "{")
 

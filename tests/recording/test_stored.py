@@ -11,7 +11,7 @@ from sunset.errors import RecordError
 from sunset.interfaces import Message
 from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.metrics import score
-from sunset.recording import read_log, read_stored_run, read_timeline
+from sunset.recording import read_stored_run, read_timeline
 
 Row = tuple[str, int, Message]
 Write = Callable[[Path, list[Row]], Path]
@@ -50,7 +50,7 @@ def test_what_was_logged_has_the_experiments_time(
     ]
     record = write_record(tmp_path / "logs", sorted([*rows, *logged], key=lambda row: row[1]))
 
-    lines = read_log(record)
+    lines = read_stored_run(described(record)).log
 
     assert [(line.time, line.logger) for line in lines] == [
         (-0.25, "managing_system"),

@@ -41,12 +41,16 @@ class Pair:
     @property
     def failures(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """The failures that had an episode, in the simulation and live: `F1` … `F5`, each once."""
-        return _failures(self.sim), _failures(self.live)
+        sim, live = (tuple(sorted({one.failure for one in run.failures})) for run in (self.sim, self.live))
+        return sim, live
 
     @property
     def adaptations(self) -> tuple[dict[str, int], dict[str, int]]:
         """How often which adaptation was executed, in the simulation and live: `redeploy camera` → 1."""
-        return _adaptations(self.sim), _adaptations(self.live)
+        sim, live = (
+            Counter(f"{one.kind} {one.node}" for one in run.executed) for run in (self.sim, self.live)
+        )
+        return dict(sorted(sim.items())), dict(sorted(live.items()))
 
     @property
     def same_failures(self) -> bool:
@@ -170,12 +174,3 @@ def _difference(name: str, pairs: Sequence[Pair]) -> Difference:
     clusters = [Cluster(pair.alike or pair.scenario, "", pair.seed) for pair in pairs]
     figures = ((getattr(pair.live, name), getattr(pair.sim, name)) for pair in pairs)
     return difference(name, [(cluster, *both) for cluster, both in zip(clusters, figures, strict=True)])
-
-
-def _failures(run: RunMetrics) -> tuple[str, ...]:
-    return tuple(sorted({episode.failure for episode in run.failures}))
-
-
-def _adaptations(run: RunMetrics) -> dict[str, int]:
-    counts = Counter(f"{adaptation.kind} {adaptation.node}" for adaptation in run.executed)
-    return dict(sorted(counts.items()))

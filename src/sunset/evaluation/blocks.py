@@ -54,6 +54,11 @@ class Column(NamedTuple):
     meaning: str
 
 
+CURED: Final = Column("cured ↑", "faults that were cured, of all")
+NEEDLESS: Final = Column("needless ↓", "adaptations that are no step of a cure of a fault there")
+"""The columns of several tables."""
+
+
 class Line(NamedTuple):
     """One line of a table; an empty `runs` where it makes no sense to give a number."""
 

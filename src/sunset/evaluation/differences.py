@@ -79,7 +79,8 @@ def differences(
         pairs: the names of those that are compared.
     """
     found = [_difference(*pair, systems, gains, clusters) for pair in pairs]
-    p_values = [None if difference.utility is None else _p_value(difference.utility) for difference in found]
+    estimates = [one.utility for one in found]
+    p_values = [one.spread.p_value(one.mean) if one and one.spread else None for one in estimates]
     adjusted = iter(holm([p for p in p_values if p is not None]))
     return tuple(
         difference if p is None else replace(difference, p=next(adjusted))
@@ -146,7 +147,3 @@ def _difference(
         if spread and repetitions
         else None,
     )
-
-
-def _p_value(found: Estimate) -> float | None:
-    return found.spread.p_value(found.mean) if found.spread else None

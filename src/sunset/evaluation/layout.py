@@ -4,7 +4,17 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from types import MappingProxyType
 from typing import Final
 
-from sunset.evaluation.blocks import PAPER_LABEL, Block, Cell, Column, Line, Report, deviation_cell
+from sunset.evaluation.blocks import (
+    CURED,
+    NEEDLESS,
+    PAPER_LABEL,
+    Block,
+    Cell,
+    Column,
+    Line,
+    Report,
+    deviation_cell,
+)
 from sunset.evaluation.diagnosis_block import diagnosis_blocks
 from sunset.evaluation.estimates import DEVIATIONS
 from sunset.evaluation.results import RunRow
@@ -23,13 +33,13 @@ _COLUMNS: Final = MappingProxyType(
         ),
         "t_down_s": Column("t_down [s] ↓", "time without segmentation at the expected rate"),
         "iou": Column("IoU ↑", "mean over the evaluated frames"),
-        "cured": Column("cured ↑", "faults that were cured, of all"),
+        "cured": CURED,
         "uncured_s": Column("uncured [s] ↓", "mean time that a fault was there without a cure in place"),
         "masked_s": Column(
             "masked [s] ↓",
             "time in which a fault was there, its symptom had gone, and the segmentation was bad",
         ),
-        "needless": Column("needless ↓", "adaptations that are no step of a cure of a fault there"),
+        "needless": NEEDLESS,
         "cost_frames": Column("cost ↓", "prices of the adaptations, in frames"),
         "unresolved": Column("unresolved ↓", "failure episodes that no adaptation ended, of all"),
         "t_detect_s": Column("t_detect [s]", "part of t_react, until the symptom holds"),

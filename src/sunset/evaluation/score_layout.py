@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from sunset.evaluation.blocks import Block, Column, Line, Quantity, interval_cell
+from sunset.evaluation.blocks import CURED, NEEDLESS, Block, Column, Line, Quantity, interval_cell
 from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
 from sunset.evaluation.estimates import INTERVALS, NO_INTERVAL
 from sunset.evaluation.scores import HARM, NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable
@@ -15,8 +15,8 @@ _SCORE_COLUMNS: Final = (
     Column("score ↑", "the share of what repairing can win: 0 as none, 1 as oracle; with its 95 % interval"),
     Column("quality ↑", "IoU_all: mean IoU, in which a frame that never came counts 0"),
     Column("t_down ↓", "time without segmentation"),
-    Column("needless ↓", "adaptations that are no step of a cure of a fault there"),
-    Column("cured ↑", "faults that were cured, of all"),
+    NEEDLESS,
+    CURED,
 )
 _HARM_COLUMNS: Final = (Column("harm ↓", "what utility loses against none where repairing wins nothing"),)
 _DIFFERENCE_COLUMNS: Final = (

@@ -8,7 +8,7 @@ from sunset.evaluation.figure_files import figures_as_html
 from sunset.evaluation.layout import arrange
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import score_tables
-from sunset.evaluation.summary import summarise
+from sunset.evaluation.summary import named_groups, summarise
 from sunset.evaluation.webpage import as_html
 
 
@@ -26,10 +26,10 @@ def index_page(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
 
 def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
     """Return a table with a row for each scenario, and a column for each managing system."""
-    several = len({run.flight.bag for run in runs}) > 1
+    names = {run.folder: name for name, group in named_groups(runs, name_suite=False) for run in group}
     cells: dict[str, dict[str, list[RunRow]]] = {}
     for run in runs:
-        cells.setdefault(run.scenario, {}).setdefault(_system(run, bag=several), []).append(run)
+        cells.setdefault(run.scenario, {}).setdefault(names[run.folder], []).append(run)
     systems = list(dict.fromkeys(system for row in cells.values() for system in row))
     heads = "".join(f'<th scope="col">{escape(system)}</th>' for system in systems)
     rows = "\n".join(
@@ -48,12 +48,6 @@ def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
 </tbody>
 </table>
 </div>"""
-
-
-def _system(run: RunRow, *, bag: bool) -> str:
-    """Return who managed a run, and on what; `bag` says whether that includes the flight."""
-    middleware = "" if run.middleware == "sim" else f" [{run.middleware}]"
-    return f"{run.manager}, {run.model}{run.flight.label(bag=bag)}{middleware}"
 
 
 def _links(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:

@@ -51,11 +51,8 @@ def as_html(report: Report, more: str = "", figures: str = "") -> str:
     labels = [block.label for block in report.blocks]
     parts.insert(labels.index(PAPER_LABEL) if PAPER_LABEL in labels else len(parts), figures)
     tables = "\n".join(filter(None, parts))
-    meanings = "\n".join(
-        f"<dt>{escape(column.text)}</dt><dd>{escape(column.meaning)}</dd>"
-        for block in report.blocks
-        for column in block.columns
-    )
+    columns = dict.fromkeys(column for block in report.blocks for column in block.columns)
+    meanings = "\n".join(f"<dt>{escape(text)}</dt><dd>{escape(meaning)}</dd>" for text, meaning in columns)
     notes = "\n".join(f"<li>{escape(note)}</li>" for note in report.notes)
     return f"""<!DOCTYPE html>
 <html lang="en">

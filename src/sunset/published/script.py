@@ -78,11 +78,15 @@ class LogFigures:
     own: Mapping[str, Sequence[float]]
 
 
-def log_figures(log: Sequence[LogRow]) -> LogFigures:
+def log_figures(log: Sequence[LogRow], *, own: bool = True) -> LogFigures:
     """Return what a log gives.
 
     The script does not look at the last four rows, nor at what follows the tenth row after the last row that is not a
     frame. SUNSET's definitions look at the 20 s from the first injected fault on.
+
+    Args:
+        log: in order of time.
+        own: whether figures by SUNSET's definitions are wanted.
     """
     rows = list(log[:-_DROPPED_ROWS])
     events = [place for place, row in enumerate(rows) if row.source != EVALUATOR]
@@ -95,7 +99,9 @@ def log_figures(log: Sequence[LogRow]) -> LogFigures:
     by_script: dict[str, Sequence[float]] = {"redeploys_unnecessary": (redeploys - needed,)}
     if not refused:
         by_script |= {"t_react_s": reactions, **_counted(rows)}
-    return LogFigures(refused, MappingProxyType(by_script), {} if _problem(log) else _own_figures(log))
+    return LogFigures(
+        refused, MappingProxyType(by_script), _own_figures(log) if own and not _problem(log) else {}
+    )
 
 
 def _problem(log: Sequence[LogRow]) -> str:

@@ -108,7 +108,7 @@ def paper_report(path: Path, form: str = "table", *, progress: Progress | None =
     found: dict[str, list[LogFigures]] = {}
     sources = [(printable(str(file.parent)), file) for file in files] or _paper_runs(path)
     for done, (label, source) in enumerate(sources, 1):
-        found.setdefault(label, []).append(log_figures(read(source)))
+        found.setdefault(label, []).append(log_figures(read(source), own=bool(files)))
         if progress is not None:
             progress(done, len(sources))
     rows = [_Row(label, logs) for label, logs in found.items()]

@@ -7,7 +7,7 @@ runs of the same specification leave the same bytes. A run that keeps its images
 
 from sunset.recording._bag import BAG_FILES
 from sunset.recording.images import IMAGES_FILE, StoredImage, image_digests, read_images
-from sunset.recording.logs import LogLine, log_of, read_log
+from sunset.recording.logs import LogLine, log_of
 from sunset.recording.reader import check_extensions, read_messages, read_timeline, timeline_of
 from sunset.recording.schema import (
     PLAN_FILE,
@@ -54,7 +54,6 @@ __all__ = [
     "log_of",
     "measured_topics",
     "read_images",
-    "read_log",
     "read_messages",
     "read_plan",
     "read_run",

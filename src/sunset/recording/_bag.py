@@ -155,9 +155,8 @@ def read_bag(folder: Path, name: str = _FILE) -> Iterator[Payload]:
     try:
         with closing(open_bag(file)) as reader:
             for connection, time_ns, cdr in reader.messages():
-                topic, name = connection.topic, connection.msgtype
-                # records of older versions have digests on the images' topics
-                topic = topic.removesuffix(stored_topic("", name))
+                name = connection.msgtype
+                topic = connection.topic.removesuffix(stored_topic("", name))
                 yield Payload(topic, name, time_ns, cdr)
     except Exception as error:  # the reader raises nearly anything on a damaged file
         if lacking := shortage(error):

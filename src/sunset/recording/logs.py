@@ -2,11 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 from sunset.interfaces.rcl_interfaces.msg import Log
-from sunset.recording.reader import read_messages
 from sunset.recording.timelines import start_of
 from sunset.recording.values import RecordedMessage
 from sunset.system import LOG_TOPIC
@@ -40,19 +38,11 @@ class LogLine:
         return self.text if self.severity == _SEVERITIES[_INFO] else f"{self.severity}: {self.text}"
 
 
-def read_log(folder: Path) -> tuple[LogLine, ...]:
-    """Return what the nodes of a run logged, in order of time.
+def log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
+    """Return what the nodes of a run logged, in order of time; other messages on the topic are not a log.
 
     Raises:
-        RecordError: as `read_messages`, or a message does not have the expected type, or the start is missing.
-    """
-    return log_of(read_messages(folder, (ROSOUT, LOG_TOPIC)))
-
-
-def log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
-    """Return what the nodes of a run logged, from messages that are read already; as `read_log`.
-
-    Other messages on the topic are not a log.
+        RecordError: the start is missing, or has another type than expected.
     """
     start_ns = start_of([message for message in messages if message.topic == LOG_TOPIC])
     lines = []

@@ -22,7 +22,7 @@ from sunset.system import REPAIR, TASKS
 RECORD_VERSION: Final = 1
 """The version of the layout of records."""
 PLAN_VERSION: Final = 1
-"""The version of the layout of campaigns' folders; the first one did not say which it is."""
+"""The version of the layout of campaigns' folders."""
 
 RUN_FILE: Final = "run.json"
 """The file of a run's folder that is there only when the run is complete."""
@@ -195,9 +195,7 @@ def read_run(folder: Path) -> RunRecord:
     """
     file = Path(folder) / RUN_FILE
     content = read_json(file, "The file", RecordError, missing=_missing_text(Path(folder)))
-    version = content.get("record_version") if isinstance(content, dict) else RECORD_VERSION
-    if version != RECORD_VERSION:
-        raise _version_error(f"The record {folder}", version, RECORD_VERSION, "run it again")
+    _check_version(f"The record {folder}", content, "record_version", RECORD_VERSION, "run it again")
     return convert(content, RunRecord, str(file), RecordError, remedy="restore the file, or run it again")
 
 
@@ -320,15 +318,15 @@ def read_plan(folder: Path) -> CampaignPlan:
     """
     file = folder / PLAN_FILE
     content = read_json(file, "The campaign's plan", RecordError)
-    if isinstance(content, dict):
-        version = content.setdefault("plan_version", 1)
-        if version != PLAN_VERSION:
-            raise _version_error(f"The campaign in {folder}", version, PLAN_VERSION, "name a new folder")
+    _check_version(f"The campaign in {folder}", content, "plan_version", PLAN_VERSION, "name a new folder")
     return convert(content, CampaignPlan, str(file), RecordError, remedy="restore it, or name a new folder")
 
 
-def _version_error(what: str, version: object, expected: int, remedy: str) -> RecordError:
-    return RecordError(
-        f"{what} is of version {reprlib.repr(version)}, expected {expected}; read it with the SUNSET that wrote it, or "
-        f"{remedy}."
-    )
+def _check_version(what: str, content: object, key: str, expected: int, remedy: str) -> None:
+    """Raise if a document is of another version; one that is not an object is refused later."""
+    version = content.get(key) if isinstance(content, dict) else expected
+    if version != expected:
+        raise RecordError(
+            f"{what} is of version {reprlib.repr(version)}, expected {expected}; read it with the SUNSET that wrote "
+            f"it, or {remedy}."
+        )

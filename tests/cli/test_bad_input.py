@@ -496,6 +496,7 @@ def test_a_plan_that_was_edited(
         "managers": ["none"],
         "model": "lite",
         "model_checksum": "",
+        "plan_version": 1,
         "repetitions": 1,
         "runs": 1,
         "scenarios_checksum": "",

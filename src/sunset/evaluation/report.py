@@ -55,16 +55,7 @@ def render_report(
 
 
 def format_runs(runs: Sequence[RunRow], form: str = "table", *, every: bool = False) -> str:
-    """Return the report of runs in one of `FORMATS`; a page has pictures.
-
-    Args:
-        runs: the runs.
-        form: one of `FORMATS`.
-        every: whether a table or LaTeX has every figure, and not the first page only.
-
-    Raises:
-        InvalidInputError: there is no such format.
-    """
+    """Return the report of runs, as `render_report` does of those below a folder; a page has pictures."""
     tables = score_tables(runs)
     figures = figures_as_html(runs, tables) if form == "html" else ""
     return format_report(summarise(runs), form, tables, figures, every=every)
@@ -78,17 +69,14 @@ def format_report(
     *,
     every: bool = False,
 ) -> str:
-    """Return the report of a table's rows in one of `FORMATS`.
+    """Return the report of a table's rows, as `render_report` does of runs.
 
     Args:
         rows: those of the table.
-        form: one of `FORMATS`.
+        form: as of `render_report`.
         scores: what it leads with.
         figures: those of a page, as HTML.
-        every: whether a table or LaTeX has every figure, and not the first page only.
-
-    Raises:
-        InvalidInputError: there is no such format.
+        every: likewise.
     """
     match form:
         case "json":

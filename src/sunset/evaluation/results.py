@@ -245,13 +245,12 @@ def _tell_apart(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow
     for row in rows:
         found[getattr(row, name), row.flight if name == "model" else None].add(getattr(row, checksum))
     several = {key[0] for key, checksums in found.items() if len(checksums) > 1}
-
-    def named(row: RunRow) -> RunRow:
-        value = getattr(row, name)
-        changed: dict[str, Any] = {name: f"{value} {getattr(row, checksum) or 'unknown'}"}
-        return replace(row, **changed) if value in several else row
-
-    return [named(row) for row in rows]
+    rows = list(rows)
+    for place, row in enumerate(rows):
+        if getattr(row, name) in several:
+            changed: dict[str, Any] = {name: f"{getattr(row, name)} {getattr(row, checksum) or 'unknown'}"}
+            rows[place] = replace(row, **changed)
+    return rows
 
 
 def _read(folder: Path, *, again: bool) -> RunRow:

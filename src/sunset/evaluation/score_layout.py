@@ -70,9 +70,10 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
         *([HARM] if has_harm else []),
         *(_price_note(table) for table in scored if table.orders),
         *(
-            f"{row.system}: {row.unpaired} of {counted(row.runs, 'run')} without a score, since a valid run of none or "
-            "oracle is missing."
-            for row in rows
+            f"{row.system}{_where(table)}: {row.unpaired} of {counted(row.runs, 'run')} without a score, since a valid "
+            "run of none or oracle is missing."
+            for table in scored
+            for row in table.rows
             if row.unpaired
         ),
         *([DIFFERENCE_METHOD] if pairs else []),
@@ -83,7 +84,6 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
 
 def _price_note(table: ScoreTable) -> str:
     """Return the order of a table's rows, and where it is another one at multiples of the prices."""
-    where = f" in {table.title}" if table.title else ""
     order = table.orders[1.0]
     changed: dict[tuple[str, ...], list[str]] = {}
     for multiple, other in table.orders.items():
@@ -93,7 +93,11 @@ def _price_note(table: ScoreTable) -> str:
     same = [f"{multiple:g}" for multiple, other in table.orders.items() if multiple != 1 and other == order]
     if same:
         others.insert(0, f"the same at {listed(same)} times the prices")
-    return f"Order{where}: {'; '.join([' > '.join(order), *others])}."
+    return f"Order{_where(table)}: {'; '.join([' > '.join(order), *others])}."
+
+
+def _where(table: ScoreTable) -> str:
+    return f" in {table.title}" if table.title else ""
 
 
 def _changed(order: tuple[str, ...], usual: tuple[str, ...]) -> tuple[str, ...]:

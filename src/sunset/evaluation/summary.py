@@ -121,7 +121,8 @@ def named_groups(
 
     Args:
         rows: the runs.
-        by_flight: whether those on different flights are apart; those of different durations always are.
+        by_flight: whether those on different flights are apart, and names say the settings; those of different
+            durations always are apart.
         name_suite: whether the name says which suite was run.
     """
     runs = list(rows)
@@ -138,7 +139,7 @@ def named_groups(
         (
             names[group[0].manager]
             + (_SUITE_LABELS.get(group[0].suite, f" ({group[0].suite})") if name_suite else "")
-            + setting_label(group[0], runs, part_label(group), by_flight=by_flight),
+            + (setting_label(group[0], runs, part_label(group)) if by_flight else part_label(group)),
             group,
         )
         for group in groups.values()

@@ -53,12 +53,12 @@ def test_differences_are_of_the_runs_that_both_have() -> None:
     assert one.utility.mean == pytest.approx(0.1 + noise.mean())
     assert one.score.mean == pytest.approx(2 * one.utility.mean)
     assert one.pairs_won == 1
-    assert one.p is not None
-    assert one.p < 0.001
+    assert one.p_holm is not None
+    assert one.p_holm < 0.001
     assert one.detectable is not None
     assert 0 < one.detectable < 0.02
     assert one.runs_needed == 27
-    assert one.to_json()["p_holm"] == one.p
+    assert one.to_json()["p_holm"] == one.p_holm
 
 
 def test_p_values_are_adjusted_over_all_pairs() -> None:
@@ -74,7 +74,7 @@ def test_p_values_are_adjusted_over_all_pairs() -> None:
     raw = [
         one.utility.spread.p_value(one.utility.mean) for one in found if one.utility and one.utility.spread
     ]
-    assert [one.p for one in found] == holm(raw)
+    assert [one.p_holm for one in found] == holm(raw)
     assert np.all([one.score is None for one in found])
 
 
@@ -86,11 +86,11 @@ def test_two_seeds_have_a_mean_but_no_p_and_no_number_of_runs() -> None:
     (one,) = differences({"first": first, "second": second}, {}, clusters, [("first", "second")])
     assert one.utility is not None
     assert one.utility.low is None
-    assert (one.p, one.detectable, one.runs_needed) == (None, None, None)
+    assert (one.p_holm, one.detectable, one.runs_needed) == (None, None, None)
 
 
 def test_systems_without_a_common_run_have_no_difference() -> None:
     clusters: dict[Experiment, Cluster] = {(place, 1): Cluster(place, "flight", 1) for place in range(2)}
     systems: dict[str, dict[Experiment, float]] = {"first": {(0, 1): 0.4}, "second": {(1, 1): 0.3}}
     (one,) = differences(systems, {}, clusters, [("first", "second")])
-    assert (one.pairs, one.utility, one.pairs_won, one.p) == (0, None, None, None)
+    assert (one.pairs, one.utility, one.pairs_won, one.p_holm) == (0, None, None, None)

@@ -1,7 +1,7 @@
 """How managing systems differ, in the runs that both have: how much, how surely, and what it takes to tell."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Final, TypeAlias
 
 from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
@@ -33,7 +33,7 @@ class ManagerDifference:
         score: by how much the score of the first is above that of the second; None where there is no score.
         utility: likewise of utility; None where there is no pair.
         pairs_won: the share of pairs in which the first has more utility, ties by half; None likewise.
-        p: of the difference in utility, adjusted after Holm; None where it has no interval.
+        p_holm: of the difference in utility, adjusted after Holm; None where it has no interval.
         detectable: the difference in utility that such campaigns detect with a power of `POWER`; None likewise.
         runs_needed: how many runs of each detect `DIFFERENCE` so; None where no number of repetitions does, or there
             is no interval.
@@ -45,22 +45,15 @@ class ManagerDifference:
     score: Estimate | None
     utility: Estimate | None
     pairs_won: float | None
-    p: float | None
+    p_holm: float | None
     detectable: float | None
     runs_needed: int | None
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
         return {
-            "first": self.first,
-            "second": self.second,
-            "pairs": self.pairs,
-            "score": self.score and self.score.to_json(),
-            "utility": self.utility and self.utility.to_json(),
-            "pairs_won": self.pairs_won,
-            "p_holm": self.p,
-            "detectable": self.detectable,
-            "runs_needed": self.runs_needed,
+            name: value.to_json() if isinstance(value, Estimate) else value for name, value in values.items()
         }
 
 
@@ -83,7 +76,7 @@ def differences(
     p_values = [one.spread.p_value(one.mean) if one and one.spread else None for one in estimates]
     adjusted = iter(holm([p for p in p_values if p is not None]))
     return tuple(
-        difference if p is None else replace(difference, p=next(adjusted))
+        difference if p is None else replace(difference, p_holm=next(adjusted))
         for difference, p in zip(found, p_values, strict=True)
     )
 
@@ -141,7 +134,7 @@ def _difference(
         else None,
         utility=utility,
         pairs_won=pairs_won(list(leads.values())) if leads else None,
-        p=None,
+        p_holm=None,
         detectable=detectable(spread) if spread else None,
         runs_needed=round(len(leads) / spread.sizes.repetitions * repetitions)
         if spread and repetitions

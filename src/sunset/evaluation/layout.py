@@ -12,11 +12,12 @@ from sunset.evaluation.blocks import (
     Cell,
     Column,
     Line,
+    Quantity,
     Report,
     deviation_cell,
 )
 from sunset.evaluation.diagnosis_block import diagnosis_blocks
-from sunset.evaluation.estimates import DEVIATIONS
+from sunset.evaluation.estimates import DEVIATIONS, INTERVALS
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import ScoreTable
@@ -78,18 +79,23 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
     repairing = [row for row in rows if row.example.task == REPAIR]
     papers = [row for row in repairing if every or row.example.suite in PAPER_SUITES]
     judged = [row for row in repairing if every and not row.is_reference]
-    figures = (
+    blocks = (
+        *lead_blocks(scores),
         _block("The paper's figures", PAPER_LABEL, papers, _PAPER),
         _block("What became of the faults", "tab:sunset-faults", judged, _FAULTS),
         *diagnosis_blocks([row for row in rows if every or row.example.task == DIAGNOSE]),
         _block("More about the same runs", "tab:sunset-more", judged, _MORE),
     )
+    cells = [cell for block in blocks for line in block.lines for cell in line.cells]
+    quantities = [cell for cell in cells if isinstance(cell, Quantity)]
     return Report(
-        tuple(block for block in (*lead_blocks(scores), *figures) if block.lines),
+        tuple(block for block in blocks if block.lines),
         notes=(
             *_provenance(rows),
             *lead_notes(scores),
-            *([DEVIATIONS, _PAPER_NOTE] if papers else ()),
+            *([INTERVALS] if any(cell.interval for cell in quantities) else ()),
+            *([DEVIATIONS] if any(cell.std is not None for cell in quantities) else ()),
+            *([_PAPER_NOTE] if papers else ()),
             *_notes(rows, shown=papers),
         ),
     )

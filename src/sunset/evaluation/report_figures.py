@@ -96,7 +96,7 @@ def _differences(setup: Setup) -> ReportFigure:
             first, second = (setup.managers[name] for name in (pair.first, pair.second))
             found, won = pair.utility, pair.pairs_won
             lines.append(
-                (suite.name, first, second, pair.pairs, *_cells(found), won, pair.p, *_cells(pair.score))
+                (suite.name, first, second, pair.pairs, *_cells(found), won, pair.p_holm, *_cells(pair.score))
             )
             if found and suite.table and pair in suite.table.neighbours:
                 marks.append((f"{short_name(first, 14)} − {short_name(second, 14)}", first, found))

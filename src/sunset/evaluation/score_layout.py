@@ -6,7 +6,7 @@ from typing import Final
 
 from sunset.evaluation.blocks import CURED, NEEDLESS, Block, Column, Line, Quantity, interval_cell
 from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
-from sunset.evaluation.estimates import INTERVALS, NO_INTERVAL
+from sunset.evaluation.estimates import NO_INTERVAL
 from sunset.evaluation.scores import HARM, NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable
 from sunset.texts import counted, listed
 
@@ -64,10 +64,9 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
         *(found for row in rows for found in (row.score, row.harm)),
         *(found for pair in pairs for found in (pair.score, pair.utility)),
     ]
-    has_harm = any(row.harm for row in rows)
     return (
         SCORE_METHOD if scored else NO_SCORE,
-        *([HARM] if has_harm else []),
+        *([HARM] if any(row.harm for row in rows) else []),
         *(_price_note(table) for table in scored if table.orders),
         *(
             f"{row.system}{_where(table)}: {row.unpaired} of {counted(row.runs, 'run')} without a score, since a valid "
@@ -77,7 +76,6 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
             if row.unpaired
         ),
         *([DIFFERENCE_METHOD] if pairs else []),
-        *([INTERVALS] if any(found and found.interval for found in estimates) else []),
         *([NO_INTERVAL] if any(found and found.lacks_interval for found in estimates) else []),
     )
 
@@ -132,6 +130,6 @@ def _harm_lines(table: ScoreTable) -> Iterator[Line]:
 
 def _difference_line(pair: ManagerDifference) -> Line:
     won = None if pair.pairs_won is None else Quantity(pair.pairs_won)
-    p = None if pair.p is None else f"< {_LEAST_P}" if pair.p < _LEAST_P else f"{pair.p:.3f}"
+    p = None if pair.p_holm is None else f"< {_LEAST_P}" if pair.p_holm < _LEAST_P else f"{pair.p_holm:.3f}"
     cells = (interval_cell(pair.score), interval_cell(pair.utility), won, p)
     return Line(f"{pair.first} − {pair.second}", str(pair.pairs), cells)

@@ -1,0 +1,219 @@
+"""A managing system that looks at images: it compares what goes into a node with what comes out of it."""
+
+from collections import deque
+from functools import partial
+from typing import Final, cast
+
+import numpy as np
+
+from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.interfaces.stamps import ns_of
+from sunset.interfaces.system_interfaces.msg import SensorFusion
+from sunset.managing.base import ManagingSystem
+from sunset.managing.requesting import request
+from sunset.managing.symptoms import Symptoms
+from sunset.managing.waits import Waits
+from sunset.managing.wiring import Wiring
+from sunset.system.vocabulary import (
+    REPAIR,
+    Adaptation,
+    AdaptationKind,
+    Fault,
+    Value,
+    described_failures,
+    described_faults,
+    full_name,
+)
+
+_BEHIND_NS: Final = 150_000_000  # two frames have not come out; the slowest node takes half a frame
+_EFFECT_S: Final = 0.3  # three frames, by which one sees what an adaptation does
+_BOOTED_S: Final = 0.5  # from the end of a node's boot to its first images, with a margin
+_DARK: Final = 0.75  # share of the usual brightness: the scene alone takes less, and the IoU is a tenth lower
+_BRIGHT: Final = 0.85  # from here on dark images are bright again; a single limit would make it flicker
+_BLURRED: Final = (
+    0.25  # share of the usual detail: the scene alone takes half, and a blur of a pixel 9 tenths
+)
+_NOISY_M: Final = 0.2  # from here on the colour image alone is segmented better (`sunset models curves lite`)
+_QUIET_M: Final = 0.05  # several times what healthy depths have, which are rounded to a hundredth of a metre
+_STRENGTH_ERROR: Final = 0.2  # costs some hundredths of the IoU, which is more than the price of setting it
+_MEMORY: Final = (
+    100  # frames of what is usual: fewer would follow a fault that grows, more would not the scene
+)
+
+_MODALITY: Final = ("sensor_fusion", "modality")
+_SOURCE: Final = ("sensor_fusion", "topic_camera_input")
+_STRENGTH: Final = ("image_enhancement", "image_degradation")
+
+
+class Inspecting(ManagingSystem):
+    """Looks at the images between the nodes, and cures what it sees; it tries only where causes look the same.
+
+    - *Outage*: two frames that a node got have not come out. The camera and the depth node, whose inputs no managing
+      system may see, are compared with each other; an image that repeats the last one counts as none. A restart comes
+      first, and then a redeploy. While a sensor boots, the fusion takes the other one.
+    - *Misaligned images*: the fusion's colour image is none that it got.
+    - *Unneeded enhancement*: the fusion passes on enhanced images, and was not set to.
+    - *Dark images*: the camera's brightness has fallen. The enhancement gets the strength that fits.
+    - *Blurred images*: neighbouring pixels of the camera's images hardly differ any more.
+    - *Noisy depth*: neighbouring pixels of the depth image differ at random. The fusion does without it.
+
+    A workaround is taken back when the sensor's own images are well again.
+    """
+
+    def on_start(self) -> None:
+        """Subscribe to the images; nothing is wrong yet."""
+        self.waits, self.faults, self.boot_s = Waits(self), described_faults(), Wiring().boot_s
+        images = ("rgb_camera", "depth_camera", "rgb_enhanced", "segmentation")
+        self.images = {topic: deque[Image](maxlen=10) for topic in images}
+        self.newest = dict.fromkeys((*images, "sensors_fused"), 0)  # topic → stamp [ns]
+        self.usual = {measure: deque[float](maxlen=_MEMORY) for measure in ("brightness", "detail")}
+        self.is_dark = self.is_blurred = self.is_altered = False
+        self.strength = self.noise_m = 0.0
+        strength = self.faults["image_degradation"].value
+        self.healthy: dict[tuple[str, str], Value] = {
+            _MODALITY: 0,
+            _SOURCE: "rgb_camera",
+            _STRENGTH: strength,
+        }
+        self.wanted, self.seen = dict(self.healthy), dict(self.healthy)
+        self.tried: dict[str, list[tuple[Adaptation, ...]]] = {}  # sign → cures
+        self.booting: set[str] = set()
+        self.told: dict[str, float] = {}
+        for topic in images:
+            self.create_subscription(Image, full_name(topic), partial(self.on_image, topic), 10)
+        self.create_subscription(SensorFusion, full_name("sensors_fused"), self.on_fused, 10)
+
+    def on_image(self, topic: str, image: Image) -> None:
+        """Note how far a topic has come, and measure a sensor's image."""
+        kept = self.images[topic]
+        repeats = bool(kept) and topic != "segmentation" and np.array_equal(kept[-1].data, image.data)
+        kept.append(image)
+        if not repeats:
+            self.newest[topic] = ns_of(image.header.stamp)
+        if topic == "rgb_camera":
+            rows = image.data.reshape(image.height, -1, 3)[::4].astype(np.float32)
+            limit = _BRIGHT if self.is_dark else _DARK
+            share = self.share("brightness", float(rows.mean()), limit)
+            self.is_dark = share < limit
+            self.strength = min(2.0 * (1.0 - share), 1.9)  # a strength of 1 takes half of the brightness
+            detail = float(np.diff(rows, 2, axis=1).var() / max(float(rows.var()), 1.0))
+            self.is_blurred = self.share("detail", detail, _BLURRED) < _BLURRED
+        elif topic == "depth_camera":
+            metres = image.data.view("<u2").reshape(image.height, -1)[::8] / np.float32(65.535)
+            bend = float(np.median(np.abs(np.diff(metres, 2))))  # edges have no effect on a median
+            self.noise_m = bend / 0.6745 / 6**0.5  # a normal distribution's median; 1² + 2² + 1²
+
+    def share(self, measure: str, value: float, limit: float) -> float:
+        """Return a value as a share of what is usual; it counts as usual itself if that is not under a limit."""
+        usual = self.usual[measure]
+        share = value / float(np.mean(usual)) if usual else 1.0
+        if share >= limit:
+            usual.append(value)
+        return share
+
+    def on_fused(self, fused: SensorFusion) -> None:
+        """See which colour images the fusion takes, and whether it passes on what it gets."""
+        self.newest["sensors_fused"] = ns_of(fused.header.stamp)
+        same = {
+            topic: np.array_equal(image.data, fused.rgb.data)
+            for topic in ("rgb_camera", "rgb_enhanced")
+            for image in self.images[topic]
+            if image.header.stamp == fused.rgb.header.stamp
+        }
+        self.is_altered = bool(same) and not any(same.values())
+        if self.waits.over("settings"):
+            self.seen[_MODALITY] = int(fused.modality.fusion_type)
+            self.seen[_SOURCE] = next((topic for topic in same if same[topic]), self.seen[_SOURCE])
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        """Say what is wrong, and cure it."""
+        signs = self.signs()
+        self.tried = {sign: cures for sign, cures in self.tried.items() if sign in signs}
+        self.say(signs)
+        if self.greeting["task"] == REPAIR:
+            for sign, node in signs.items():
+                if self.waits.over(node):
+                    self.cure(sign, node)
+            self.settle(signs, symptoms)
+
+    def signs(self) -> dict[str, str]:
+        """Return what is wrong inside nodes, sign → node: of an outage the node itself, else the fault."""
+        newest, source = self.newest, str(self.seen[_SOURCE])
+        inputs = ([source, "depth_camera"], [source], ["depth_camera"])[int(self.seen[_MODALITY])]
+        given_and_sent = {
+            "camera": (["depth_camera"], "rgb_camera"),
+            "depth": (["rgb_camera"], "depth_camera"),
+            "sensor_fusion": (inputs, "sensors_fused"),
+            "segmentation": (["sensors_fused"], "segmentation"),
+        }
+        signs = {
+            node: node
+            for node, (given, sent) in given_and_sent.items()
+            if newest[sent] and min(newest[topic] for topic in given) - newest[sent] > _BEHIND_NS
+        }
+        if self.is_blurred and "camera" not in signs:
+            signs["autofocus_needed"] = "camera"
+        if self.is_altered and "sensor_fusion" not in signs:
+            signs["image_shift"] = "sensor_fusion"
+        return signs
+
+    def suspects(self, sign: str) -> list[Fault]:
+        """Return the faults that a sign may come from, less those that a cure which was tried would have ended."""
+        outages = {failure.name for failure in described_failures().values() if failure.topic}
+        faults = [
+            f for f in self.faults.values() if f.name == sign or (f.node == sign and f.failure in outages)
+        ]
+        return [fault for fault in faults if not set(fault.cures).intersection(self.tried.get(sign, []))]
+
+    def say(self, signs: dict[str, str]) -> None:
+        """Publish a diagnosis if it has changed."""
+        told = {
+            "image_degradation": float(self.is_dark),
+            "depth_degradation": float(self.noise_m > _QUIET_M),
+            "unneeded_enhancement": float(self.seen[_SOURCE] == "rgb_enhanced" != self.wanted[_SOURCE]),
+        }
+        for suspects in map(self.suspects, signs):
+            told |= {fault.name: 1.0 / len(suspects) for fault in suspects}
+        if told != self.told:
+            self.diagnose(told)
+            self.told = told
+
+    def cure(self, sign: str, node: str) -> None:
+        """Do the next cure of what a sign may come from, and then what helps against unlisted faults.
+
+        When all was tried it gives up, but for an outage, which leaves nothing to lose.
+        """
+        tried = self.tried.setdefault(sign, [])
+        listed = [cure for fault in self.suspects(sign) for cure in fault.cures]
+        unlisted = [(Adaptation(kind, node),) for kind in (AdaptationKind.RESTART, AdaptationKind.REDEPLOY)]
+        left = [cure for cure in [*listed, *unlisted] if cure not in tried]
+        if not left and sign == node:
+            tried.clear()
+        for step in left[0] if left else ():
+            request(self, step)
+            self.waits.start(node, _EFFECT_S)
+            if step.kind is AdaptationKind.REDEPLOY:
+                self.waits.start(node, self.boot_s[node] + _BOOTED_S)
+                self.seen |= {key: value for key, value in self.healthy.items() if key[0] == node}
+                self.booting.add(node)
+        tried += left[:1]
+
+    def settle(self, signs: dict[str, str], symptoms: Symptoms) -> None:
+        """Set what works around what is wrong, and take back what is not needed any more."""
+        self.booting &= signs.keys()
+        if "camera" in self.booting:
+            self.wanted[_MODALITY] = 2
+        elif "camera" not in signs:
+            self.wanted[_MODALITY] = 1 if "depth" in self.booting or self.noise_m > _NOISY_M else 0
+        self.wanted[_SOURCE] = "rgb_enhanced" if self.is_dark else "rgb_camera"
+        if self.is_dark and abs(self.strength - cast("float", self.wanted[_STRENGTH])) > _STRENGTH_ERROR:
+            self.wanted[_STRENGTH] = round(self.strength, 1)
+        if self.is_dark and symptoms.state(_STRENGTH[0]) != "active" and self.waits.over("activation"):
+            self.activate(_STRENGTH[0])
+            self.waits.start("activation", _BOOTED_S)
+        for (node, parameter), value in self.wanted.items():
+            is_up = self.waits.over(node) or symptoms.state(node) == "inactive"
+            if self.seen[node, parameter] != value and is_up:
+                self.set_parameter(node, parameter, value)
+                self.seen[node, parameter] = value
+                self.waits.start("settings", _EFFECT_S)

@@ -7,7 +7,6 @@ from typing import Final, cast
 import numpy as np
 
 from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.managing.base import ManagingSystem
 from sunset.managing.requesting import request
@@ -25,20 +24,17 @@ from sunset.system.vocabulary import (
     full_name,
 )
 
-_BEHIND_NS: Final = 150_000_000  # two frames have not come out; the slowest node takes half a frame
+_SLOWEST_S: Final = 0.05  # the slowest node takes less for a frame
 _EFFECT_S: Final = 0.3  # three frames, by which one sees what an adaptation does
 _BOOTED_S: Final = 0.5  # from the end of a node's boot to its first images, with a margin
+_PAUSE_S: Final = 5.0  # when nothing has helped; a restart and a redeploy have the price of 1.4 s of output
 _DARK: Final = 0.75  # share of the usual brightness: the scene alone takes less, and the IoU is a tenth lower
 _BRIGHT: Final = 0.85  # from here on dark images are bright again; a single limit would make it flicker
-_BLURRED: Final = (
-    0.25  # share of the usual detail: the scene alone takes half, and a blur of a pixel 9 tenths
-)
+_BLURRED: Final = 0.25  # share of the usual detail: the scene alone takes half, a blur of a pixel 9 tenths
 _NOISY_M: Final = 0.2  # from here on the colour image alone is segmented better (`sunset models curves lite`)
 _QUIET_M: Final = 0.05  # several times what healthy depths have, which are rounded to a hundredth of a metre
 _STRENGTH_ERROR: Final = 0.2  # costs some hundredths of the IoU, which is more than the price of setting it
-_MEMORY: Final = (
-    100  # frames of what is usual: fewer would follow a fault that grows, more would not the scene
-)
+_MEMORY: Final = 100  # frames of what is usual: fewer would follow a fault that grows, more lose the scene
 
 _MODALITY: Final = ("sensor_fusion", "modality")
 _SOURCE: Final = ("sensor_fusion", "topic_camera_input")
@@ -65,20 +61,17 @@ class Inspecting(ManagingSystem):
         self.waits, self.faults, self.boot_s = Waits(self), described_faults(), Wiring().boot_s
         images = ("rgb_camera", "depth_camera", "rgb_enhanced", "segmentation")
         self.images = {topic: deque[Image](maxlen=10) for topic in images}
-        self.newest = dict.fromkeys((*images, "sensors_fused"), 0)  # topic → stamp [ns]
+        self.came_s = {topic: deque([0.0, 0.0], maxlen=2) for topic in (*images, "sensors_fused")}
         self.usual = {measure: deque[float](maxlen=_MEMORY) for measure in ("brightness", "detail")}
         self.is_dark = self.is_blurred = self.is_altered = False
         self.strength = self.noise_m = 0.0
-        strength = self.faults["image_degradation"].value
-        self.healthy: dict[tuple[str, str], Value] = {
-            _MODALITY: 0,
-            _SOURCE: "rgb_camera",
-            _STRENGTH: strength,
-        }
+        self.healthy: dict[tuple[str, str], Value] = {_MODALITY: 0, _SOURCE: "rgb_camera"}
+        self.healthy[_STRENGTH] = self.faults["image_degradation"].value
         self.wanted, self.seen = dict(self.healthy), dict(self.healthy)
         self.tried: dict[str, list[tuple[Adaptation, ...]]] = {}  # sign → cures
         self.booting: set[str] = set()
         self.told: dict[str, float] = {}
+        self.may_adapt = self.greeting["task"] == REPAIR
         for topic in images:
             self.create_subscription(Image, full_name(topic), partial(self.on_image, topic), 10)
         self.create_subscription(SensorFusion, full_name("sensors_fused"), self.on_fused, 10)
@@ -89,7 +82,7 @@ class Inspecting(ManagingSystem):
         repeats = bool(kept) and topic != "segmentation" and np.array_equal(kept[-1].data, image.data)
         kept.append(image)
         if not repeats:
-            self.newest[topic] = ns_of(image.header.stamp)
+            self.came_s[topic].append(self.now_s)
         if topic == "rgb_camera":
             rows = image.data.reshape(image.height, -1, 3)[::4].astype(np.float32)
             limit = _BRIGHT if self.is_dark else _DARK
@@ -113,7 +106,7 @@ class Inspecting(ManagingSystem):
 
     def on_fused(self, fused: SensorFusion) -> None:
         """See which colour images the fusion takes, and whether it passes on what it gets."""
-        self.newest["sensors_fused"] = ns_of(fused.header.stamp)
+        self.came_s["sensors_fused"].append(self.now_s)
         same = {
             topic: np.array_equal(image.data, fused.rgb.data)
             for topic in ("rgb_camera", "rgb_enhanced")
@@ -130,7 +123,7 @@ class Inspecting(ManagingSystem):
         signs = self.signs()
         self.tried = {sign: cures for sign, cures in self.tried.items() if sign in signs}
         self.say(signs)
-        if self.greeting["task"] == REPAIR:
+        if self.may_adapt:
             for sign, node in signs.items():
                 if self.waits.over(node):
                     self.cure(sign, node)
@@ -138,7 +131,7 @@ class Inspecting(ManagingSystem):
 
     def signs(self) -> dict[str, str]:
         """Return what is wrong inside nodes, sign → node: of an outage the node itself, else the fault."""
-        newest, source = self.newest, str(self.seen[_SOURCE])
+        source = str(self.seen[_SOURCE])
         inputs = ([source, "depth_camera"], [source], ["depth_camera"])[int(self.seen[_MODALITY])]
         given_and_sent = {
             "camera": (["depth_camera"], "rgb_camera"),
@@ -146,11 +139,13 @@ class Inspecting(ManagingSystem):
             "sensor_fusion": (inputs, "sensors_fused"),
             "segmentation": (["sensors_fused"], "segmentation"),
         }
-        signs = {
-            node: node
-            for node, (given, sent) in given_and_sent.items()
-            if newest[sent] and min(newest[topic] for topic in given) - newest[sent] > _BEHIND_NS
-        }
+        if source == "rgb_enhanced":
+            given_and_sent["image_enhancement"] = (["rgb_camera"], source)
+        signs = {}
+        for node, (given, sent) in given_and_sent.items():
+            last_s = self.came_s[sent][-1]
+            if last_s and all(self.came_s[topic][0] > last_s + _SLOWEST_S for topic in given):
+                signs[node] = node  # two frames came in and none out
         if self.is_blurred and "camera" not in signs:
             signs["autofocus_needed"] = "camera"
         if self.is_altered and "sensor_fusion" not in signs:
@@ -159,11 +154,13 @@ class Inspecting(ManagingSystem):
 
     def suspects(self, sign: str) -> list[Fault]:
         """Return the faults that a sign may come from, less those that a cure which was tried would have ended."""
-        outages = {failure.name for failure in described_failures().values() if failure.topic}
-        faults = [
-            f for f in self.faults.values() if f.name == sign or (f.node == sign and f.failure in outages)
+        tried, failures = set(self.tried.get(sign, [])), described_failures()
+        return [
+            fault
+            for fault in self.faults.values()
+            if (fault.name == sign or (fault.node == sign and failures[fault.failure].topic))
+            and not tried.intersection(fault.cures)
         ]
-        return [fault for fault in faults if not set(fault.cures).intersection(self.tried.get(sign, []))]
 
     def say(self, signs: dict[str, str]) -> None:
         """Publish a diagnosis if it has changed."""
@@ -189,6 +186,7 @@ class Inspecting(ManagingSystem):
         left = [cure for cure in [*listed, *unlisted] if cure not in tried]
         if not left and sign == node:
             tried.clear()
+            self.waits.start(node, _PAUSE_S)
         for step in left[0] if left else ():
             request(self, step)
             self.waits.start(node, _EFFECT_S)

@@ -1,4 +1,4 @@
-"""A managing system that looks at images: it compares what goes into a node with what comes out of it."""
+"""A managing system that looks at images: it compares the input of each node with its output."""
 
 from collections import deque
 from functools import partial
@@ -24,17 +24,17 @@ from sunset.system.vocabulary import (
     full_name,
 )
 
-_SLOWEST_S: Final = 0.05  # the slowest node takes less for a frame
-_EFFECT_S: Final = 0.3  # three frames, by which one sees what an adaptation does
+_SLOWEST_S: Final = 0.05  # no node takes longer for a frame
+_EFFECT_S: Final = 0.3  # three frames, in which an adaptation shows its effect
 _BOOTED_S: Final = 0.5  # from the end of a node's boot to its first images, with a margin
-_PAUSE_S: Final = 5.0  # when nothing has helped; a restart and a redeploy have the price of 1.4 s of output
-_DARK: Final = 0.75  # share of the usual brightness: the scene alone takes less, and the IoU is a tenth lower
-_BRIGHT: Final = 0.85  # from here on dark images are bright again; a single limit would make it flicker
-_BLURRED: Final = 0.25  # share of the usual detail: the scene alone takes half, a blur of a pixel 9 tenths
-_NOISY_M: Final = 0.2  # from here on the colour image alone is segmented better (`sunset models curves lite`)
-_QUIET_M: Final = 0.05  # several times what healthy depths have, which are rounded to a hundredth of a metre
-_STRENGTH_ERROR: Final = 0.2  # costs some hundredths of the IoU, which is more than the price of setting it
-_MEMORY: Final = 100  # frames of what is usual: fewer would follow a fault that grows, more lose the scene
+_PAUSE_S: Final = 5.0  # after a restart and a redeploy without effect, whose price is 1.4 s of output
+_DARK: Final = 0.75  # share of the usual brightness: the scene alone keeps more, and the IoU is a tenth lower
+_BRIGHT: Final = 0.85  # dark images are bright again; a single limit would make the enhancement flicker
+_BLURRED: Final = 0.25  # share of the usual detail: the scene alone keeps half, a blur of a pixel a tenth
+_NOISY_M: Final = 0.2  # above it the colour image alone is segmented better (`sunset models curves lite`)
+_QUIET_M: Final = 0.05  # healthy depths are rounded to 0.015 m, which looks like a noise of 0.01 m
+_STRENGTH_ERROR: Final = 0.2  # costs some hundredths of the IoU, more than the price of setting it
+_MEMORY: Final = 100  # frames in a mean: fewer would follow a growing fault, more would lag behind the scene
 
 _MODALITY: Final = ("sensor_fusion", "modality")
 _SOURCE: Final = ("sensor_fusion", "topic_camera_input")
@@ -42,18 +42,20 @@ _STRENGTH: Final = ("image_enhancement", "image_degradation")
 
 
 class Inspecting(ManagingSystem):
-    """Looks at the images between the nodes, and cures what it sees; it tries only where causes look the same.
+    """Looks at the images between the nodes, and cures the faults that it sees there.
 
-    - *Outage*: two frames that a node got have not come out. The camera and the depth node, whose inputs no managing
-      system may see, are compared with each other; an image that repeats the last one counts as none. A restart comes
-      first, and then a redeploy. While a sensor boots, the fusion takes the other one.
-    - *Misaligned images*: the fusion's colour image is none that it got.
-    - *Unneeded enhancement*: the fusion passes on enhanced images, and was not set to.
+    Each fault has its sign:
+
+    - *Outage*: two images came into a node and none came out. A managing system must not read the inputs of the camera
+      and the depth node, so it compares their outputs with each other. An image that repeats the last does not count.
+      It restarts the node, and redeploys it if that does not help. While a sensor boots, the fusion takes the other.
+    - *Misaligned images*: the fusion's colour image equals neither the camera's nor the enhanced image.
+    - *Unneeded enhancement*: the fusion takes the enhanced image, and was not set to.
     - *Dark images*: the camera's brightness has fallen. The enhancement gets the strength that fits.
-    - *Blurred images*: neighbouring pixels of the camera's images hardly differ any more.
-    - *Noisy depth*: neighbouring pixels of the depth image differ at random. The fusion does without it.
+    - *Blurred images*: the camera's neighbouring pixels hardly differ.
+    - *Noisy depth*: the depth image's neighbouring pixels differ at random. The fusion does without the depth image.
 
-    A workaround is taken back when the sensor's own images are well again.
+    It takes a workaround back when the sensor's own images are well again.
     """
 
     def on_start(self) -> None:
@@ -70,14 +72,13 @@ class Inspecting(ManagingSystem):
         self.wanted, self.seen = dict(self.healthy), dict(self.healthy)
         self.tried: dict[str, list[tuple[Adaptation, ...]]] = {}  # sign → cures
         self.booting: set[str] = set()
-        self.told: dict[str, float] = {}
         self.may_adapt = self.greeting["task"] == REPAIR
         for topic in images:
             self.create_subscription(Image, full_name(topic), partial(self.on_image, topic), 10)
         self.create_subscription(SensorFusion, full_name("sensors_fused"), self.on_fused, 10)
 
     def on_image(self, topic: str, image: Image) -> None:
-        """Note how far a topic has come, and measure a sensor's image."""
+        """Note when a new image came, and measure it if it is a sensor's."""
         kept = self.images[topic]
         repeats = bool(kept) and topic != "segmentation" and np.array_equal(kept[-1].data, image.data)
         kept.append(image)
@@ -93,11 +94,11 @@ class Inspecting(ManagingSystem):
             self.is_blurred = self.share("detail", detail, _BLURRED) < _BLURRED
         elif topic == "depth_camera":
             metres = image.data.view("<u2").reshape(image.height, -1)[::8] / np.float32(65.535)
-            bend = float(np.median(np.abs(np.diff(metres, 2))))  # edges have no effect on a median
+            bend = float(np.median(np.abs(np.diff(metres, 2))))  # a median ignores edges
             self.noise_m = bend / 0.6745 / 6**0.5  # a normal distribution's median; 1² + 2² + 1²
 
     def share(self, measure: str, value: float, limit: float) -> float:
-        """Return a value as a share of what is usual; it counts as usual itself if that is not under a limit."""
+        """Return a value as a share of its usual mean, to which it counts unless the share is under a limit."""
         usual = self.usual[measure]
         share = value / float(np.mean(usual)) if usual else 1.0
         if share >= limit:
@@ -105,7 +106,7 @@ class Inspecting(ManagingSystem):
         return share
 
     def on_fused(self, fused: SensorFusion) -> None:
-        """See which colour images the fusion takes, and whether it passes on what it gets."""
+        """See which colour images the fusion takes, and whether it changes them."""
         self.came_s["sensors_fused"].append(self.now_s)
         same = {
             topic: np.array_equal(image.data, fused.rgb.data)
@@ -119,7 +120,7 @@ class Inspecting(ManagingSystem):
             self.seen[_SOURCE] = next((topic for topic in same if same[topic]), self.seen[_SOURCE])
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Say what is wrong, and cure it."""
+        """Publish a diagnosis, cure the faults inside nodes, and work around the others."""
         signs = self.signs()
         self.tried = {sign: cures for sign, cures in self.tried.items() if sign in signs}
         self.say(signs)
@@ -130,7 +131,7 @@ class Inspecting(ManagingSystem):
             self.settle(signs, symptoms)
 
     def signs(self) -> dict[str, str]:
-        """Return what is wrong inside nodes, sign → node: of an outage the node itself, else the fault."""
+        """Return the signs of faults inside nodes, sign → node: an outage's sign is the node, another's the fault."""
         source = str(self.seen[_SOURCE])
         inputs = ([source, "depth_camera"], [source], ["depth_camera"])[int(self.seen[_MODALITY])]
         given_and_sent = {
@@ -153,7 +154,7 @@ class Inspecting(ManagingSystem):
         return signs
 
     def suspects(self, sign: str) -> list[Fault]:
-        """Return the faults that a sign may come from, less those that a cure which was tried would have ended."""
+        """Return the faults behind a sign, less those that a cure would have ended which was tried."""
         tried, failures = set(self.tried.get(sign, [])), described_failures()
         return [
             fault
@@ -163,22 +164,20 @@ class Inspecting(ManagingSystem):
         ]
 
     def say(self, signs: dict[str, str]) -> None:
-        """Publish a diagnosis if it has changed."""
-        told = {
+        """Publish a diagnosis."""
+        probabilities = {
             "image_degradation": float(self.is_dark),
             "depth_degradation": float(self.noise_m > _QUIET_M),
             "unneeded_enhancement": float(self.seen[_SOURCE] == "rgb_enhanced" != self.wanted[_SOURCE]),
         }
         for suspects in map(self.suspects, signs):
-            told |= {fault.name: 1.0 / len(suspects) for fault in suspects}
-        if told != self.told:
-            self.diagnose(told)
-            self.told = told
+            probabilities |= {fault.name: 1.0 / len(suspects) for fault in suspects}
+        self.diagnose(probabilities)
 
     def cure(self, sign: str, node: str) -> None:
-        """Do the next cure of what a sign may come from, and then what helps against unlisted faults.
+        """Try the next cure: first those of the suspects, then a restart and a redeploy, as the fault may be unlisted.
 
-        When all was tried it gives up, but for an outage, which leaves nothing to lose.
+        After the last it gives up; where a node sends nothing, it tries all of them again after a pause.
         """
         tried = self.tried.setdefault(sign, [])
         listed = [cure for fault in self.suspects(sign) for cure in fault.cures]
@@ -188,16 +187,16 @@ class Inspecting(ManagingSystem):
             tried.clear()
             self.waits.start(node, _PAUSE_S)
         for step in left[0] if left else ():
+            is_redeploy = step.kind is AdaptationKind.REDEPLOY
             request(self, step)
-            self.waits.start(node, _EFFECT_S)
-            if step.kind is AdaptationKind.REDEPLOY:
-                self.waits.start(node, self.boot_s[node] + _BOOTED_S)
+            self.waits.start(node, self.boot_s[node] + _BOOTED_S if is_redeploy else _EFFECT_S)
+            if is_redeploy:
                 self.seen |= {key: value for key, value in self.healthy.items() if key[0] == node}
                 self.booting.add(node)
         tried += left[:1]
 
     def settle(self, signs: dict[str, str], symptoms: Symptoms) -> None:
-        """Set what works around what is wrong, and take back what is not needed any more."""
+        """Set the workarounds that are needed, and take back the others."""
         self.booting &= signs.keys()
         if "camera" in self.booting:
             self.wanted[_MODALITY] = 2

@@ -230,7 +230,7 @@ def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
         ("mine.py", "is a file: name its class too, as mine.py:Class"),
         (
             "sunset.managing:Mine",
-            "There is no class Mine in sunset.managing: name one of Baseline, Diagnosing, NoAdaptation",
+            "There is no class Mine in sunset.managing: name one of Baseline, Diagnosing, Inspecting, NoAdaptation",
         ),
         (
             "sunset.managing:Basline",

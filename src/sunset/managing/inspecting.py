@@ -154,7 +154,7 @@ class Inspecting(ManagingSystem):
         return signs
 
     def suspects(self, sign: str) -> list[Fault]:
-        """Return the faults behind a sign, less those that a cure would have ended which was tried."""
+        """Return the faults that may be behind a sign, without those that the cures tried would have ended."""
         tried, failures = set(self.tried.get(sign, [])), described_failures()
         return [
             fault
@@ -175,7 +175,7 @@ class Inspecting(ManagingSystem):
         self.diagnose(probabilities)
 
     def cure(self, sign: str, node: str) -> None:
-        """Try the next cure: first those of the suspects, then a restart and a redeploy, as the fault may be unlisted.
+        """Try the next cure: first the suspects' cures, then a restart and a redeploy, as the fault may be unlisted.
 
         After the last it gives up; where a node sends nothing, it tries all of them again after a pause.
         """

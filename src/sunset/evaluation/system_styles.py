@@ -40,6 +40,7 @@ SHIPPED: Final[Mapping[str, Style]] = MappingProxyType(
         "baseline": Style(BLUE, "o", ()),
         "reactive": Style(ORANGE, "s", (5, 1.5)),
         "diagnosing": Style("#009E73", "^", (6, 1.2, 1, 1.2)),
+        "inspecting": Style("#B2182B", "p", (3, 1.2)),
         "oracle": Style(INK, "*", (9, 1.5, 1, 1.2, 1, 1.2)),
     }
 )

@@ -49,6 +49,14 @@ def test_a_topic_outside_of_the_managed_system_has_its_full_name() -> None:
     assert Symptoms({"rgb_raw_freq": 10.0}).frequency("/rgb_raw") == 10.0
 
 
+def test_the_last_message_on_a_topic_has_an_age() -> None:
+    symptoms = Symptoms({"managed_subsystem_rgb_camera_age": 0.3})
+    assert symptoms.age("rgb_camera") == 0.3
+    assert math.isnan(symptoms.age("depth_camera"))
+    with pytest.raises(ValueError, match="There is no topic 'rgb_camara': perhaps rgb_camera"):
+        symptoms.age("rgb_camara")
+
+
 def test_a_topic_stops_only_after_it_was_heard() -> None:
     assert not Symptoms({}).stopped("rgb_camera")
     assert not Symptoms({KEY: 1.0}).stopped("rgb_camera")
@@ -82,7 +90,7 @@ def test_the_system_has_come_up_when_there_was_a_segmentation() -> None:
 
 def test_the_type_says_what_stands_for_a_number_that_is_not_measured() -> None:
     properties = [vars(Symptoms)[name].fget for name in ("entropy", "sharpness")]
-    for measured in (*properties, Symptoms.frequency, Symptoms.heartbeat):
+    for measured in (*properties, Symptoms.frequency, Symptoms.age, Symptoms.heartbeat):
         assert inspect.signature(measured).return_annotation is FloatOrNaN
 
 

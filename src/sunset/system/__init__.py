@@ -66,6 +66,7 @@ from sunset.system.harness import (
 from sunset.system.names import (
     FAULT_ACCESS,
     NAMESPACE,
+    age_entry,
     frequency_entry,
     full_name,
     heartbeat_entry,
@@ -150,6 +151,7 @@ __all__ = [
     "Topic",
     "Value",
     "Window",
+    "age_entry",
     "all_suites",
     "comparable_text",
     "current_system",

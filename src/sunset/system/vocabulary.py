@@ -28,7 +28,7 @@ from sunset.system.harness import (
     REPAIR,
     RESULT_TOPIC,
 )
-from sunset.system.names import frequency_entry, full_name, heartbeat_entry, state_entry
+from sunset.system.names import age_entry, frequency_entry, full_name, heartbeat_entry, state_entry
 from sunset.system.paper import ENTROPY_SIGNAL, SHARPNESS_SIGNAL
 
 __all__ = [
@@ -51,6 +51,7 @@ __all__ = [
     "Sensor",
     "Signal",
     "Value",
+    "age_entry",
     "described_failures",
     "described_faults",
     "described_nodes",

@@ -30,6 +30,7 @@ from sunset.system.description import (
     Signal,
     Topic,
     Value,
+    View,
     redeploy,
     restart,
 )
@@ -150,6 +151,7 @@ __all__ = [
     "System",
     "Topic",
     "Value",
+    "View",
     "Window",
     "age_entry",
     "all_suites",

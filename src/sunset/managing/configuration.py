@@ -161,15 +161,16 @@ class Configuration:
 
     def _on_value(self, setting: Setting, future: Future[Any]) -> None:
         response = future.result()
-        if response is not None and setting[0] not in self._redeployed_s:
-            self._read |= {setting: scalar_of(value) for value in response.values}
+        if response is not None and response.values and setting[0] not in self._redeployed_s:
+            self._read[setting] = scalar_of(response.values[0])
 
     def is_wrong(self, fault: Fault) -> bool | None:
         """Return whether a fault of the configuration is there; None if that is not known."""
         setting = fault.node, fault.parameter
-        if self._manager.now_s - self._set_s.get(setting, -_SET_S) < _SET_S or setting not in self._read:
+        if setting not in self._read:
             return None
-        return self._read[setting] == fault.value != self.get(setting)
+        is_as_set = self._manager.now_s - self._set_s.get(setting, -_SET_S) >= _SET_S
+        return is_as_set and self._read[setting] == fault.value != self.get(setting)
 
     def want(self, wanted: Mapping[Setting, Value], symptoms: Symptoms) -> None:
         """Set what is wanted and is not so yet, and undo what was set and is not wanted any more."""

@@ -1,7 +1,7 @@
 """A managing system that reasons: it believes more or less in each fault, and learns from what its adaptations do."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from sunset.managing.base import ManagingSystem
@@ -39,7 +39,7 @@ _LOOK_S: Final = 20.0
 frames. A sensor that is hidden in vain costs a tenth of the output, g = 0.1, and a fault heals once in 1 / r = 30 s. So
 the mean cost is c / T + r g T / 2, which is least at T = sqrt(2 c / (r g)) = 20 s."""
 _AGAIN_S: Final = 12.0
-"""A cure is tried again after this time, while its failure goes on to show: its fault may have come meanwhile."""
+"""A fault whose failure goes on to show is treated again after this time: it may have come meanwhile."""
 _NOTABLE: Final = 0.015
 """A signal that falls by less has not become better: what is flown over changes it by as much."""
 _DOUBTFUL: Final = 0.05
@@ -52,7 +52,15 @@ Cure = tuple[Adaptation, ...]
 
 @dataclass(frozen=True)
 class _Option:
-    """A possible action: a cure of some faults, or lifting the cure of one; and how long until one sees what it does."""
+    """A possible action: a cure of some faults, or lifting the cure of one.
+
+    Attributes:
+        faults: their names.
+        cure: what is done; empty to lift the cure that is in place.
+        wait_s: time until one sees what it has done [s].
+        probability: that it helps.
+        cost_s: what it costs, in seconds of output.
+    """
 
     faults: tuple[str, ...]
     cure: Cure
@@ -94,7 +102,7 @@ class Diagnosing(ManagingSystem):
         self.watch = Watch(self, self.configuration)
         self.trials: dict[str, _Trial] = {}  # by failure
         self.in_place: dict[str, dict[Setting, Value]] = {}  # fault → what works around it
-        self.tried_s: dict[Cure, float] = {}  # since its failure shows
+        self.tried_s: dict[str, float] = {}  # fault → when it was treated, since its failure shows
         self.look_s: dict[str, float] = {}  # fault whose sensor is hidden → when to look at it again
         self.last_s, self.told = self.now_s, dict[str, float]()
         self.suspected: dict[str, float] = {}  # fault → its probability before its cure is tried now
@@ -129,6 +137,13 @@ class Diagnosing(ManagingSystem):
                 self.suspected[fault.name] = 1.0
                 if self.may_adapt and fault.healthy is not None:
                     self.configuration.set((fault.node, fault.parameter), fault.healthy)
+                    self.wait_for(self.failures[fault.failure])
+
+    def wait_for(self, failure: Failure) -> None:
+        """Try nothing against a failure until one sees what was done about it."""
+        due_s = self.now_s + NEW_FRAMES_S
+        trial = self.trials.get(failure.name, _Trial(_Option((), (), 0.0), 0.0, due_s, {}))
+        self.trials[failure.name] = replace(trial, due_s=due_s)
 
     def treat(self, failure: Failure) -> None:
         """See what a trial has done, conclude, and try what is best next if the failure shows."""
@@ -177,8 +192,8 @@ class Diagnosing(ManagingSystem):
             for fault in faults
             if view is None or fault.effect is None or fault.effect.sensor in seen
         ]
-        for cure in [cure for fault in faults for cure in fault.cures]:
-            self.tried_s.pop(cure, None)
+        for fault in faults:
+            self.tried_s.pop(fault.name, None)
         if len(proven) == len(faults):
             self.belief.settle(failure.name, proven)
         else:
@@ -205,7 +220,7 @@ class Diagnosing(ManagingSystem):
     def begin(self, failure: Failure, option: _Option) -> None:
         """Begin to try an option."""
         released = {} if option.cure else self.in_place.pop(option.faults[0])
-        self.tried_s[option.cure] = self.now_s
+        self.tried_s |= dict.fromkeys(option.faults, self.now_s)
         self.do(option)
         if failure.topic:
             self.watch.begin_repair(full_name(failure.topic))
@@ -221,11 +236,11 @@ class Diagnosing(ManagingSystem):
         return is_seen and not (is_of_configuration(fault) and self.configuration.is_wrong(fault) is False)
 
     def cures(self, suspects: list[Fault]) -> Iterator[_Option]:
-        """Yield the cures of some faults that can be done now, and were not tried a moment ago."""
-        for cure in dict.fromkeys(cure for fault in suspects for cure in fault.cures):
-            is_untried = self.now_s - self.tried_s.get(cure, -_AGAIN_S) >= _AGAIN_S
-            if is_untried and all(self.is_up(step) for step in cure):
-                names = tuple(fault.name for fault in suspects if cure in fault.cures)
+        """Yield the cures that can be done now of faults that were not treated a moment ago."""
+        untried = [f for f in suspects if self.now_s - self.tried_s.get(f.name, -_AGAIN_S) >= _AGAIN_S]
+        for cure in dict.fromkeys(cure for fault in untried for cure in fault.cures):
+            if all(self.is_up(step) for step in cure):
+                names = tuple(fault.name for fault in untried if cure in fault.cures)
                 wait_s = self.wait_s(cure)
                 cost_s = self.cost_s(cure, names, wait_s)
                 yield _Option(names, cure, wait_s, self.belief.probability_of_any(names), cost_s)

@@ -8,6 +8,8 @@ _RARE: Final = 0.01
 """Probability of a fault without a symptom."""
 _USUAL: Final = 0.1
 """Probability of each suspect of a symptom, before it is taken into account that one of them is there."""
+_PLAUSIBLE: Final = 0.08
+"""Suspects whose joint probability, before their symptom is taken into account, is below this are implausible."""
 _EXCLUDED: Final = 0.002
 _CERTAIN: Final = 0.97
 _HEALED: Final = 0.25
@@ -56,6 +58,10 @@ class Belief:
     def suspect(self, failure: str, faults: Collection[str]) -> None:
         """Take a symptom of a failure into account, which at least one of some faults must have led to."""
         self._suspects[failure] = frozenset(faults)
+
+    def is_plausible(self, faults: Iterable[str]) -> bool:
+        """Return whether any of some faults may be there, since not all of them were excluded a moment ago."""
+        return 1 - prod(1 - self._alone[fault] for fault in faults) > _PLAUSIBLE
 
     def settle(self, failure: str, faults: Iterable[str]) -> None:
         """Take into account that the symptom of a failure is gone; which of its faults comes next is open again."""

@@ -38,8 +38,6 @@ _LOOK_S: Final = 20.0
 """Time from hiding a sensor to looking at it again. A look costs c = 0.6 s of output: two parameters and a few bad
 frames. A sensor that is hidden in vain costs a tenth of the output, g = 0.1, and a fault heals once in 1 / r = 30 s. So
 the mean cost is c / T + r g T / 2, which is least at T = sqrt(2 c / (r g)) = 20 s."""
-_AGAIN_S: Final = 12.0
-"""A fault whose failure goes on to show is treated again after this time: it may have come meanwhile."""
 _NOTABLE: Final = 0.015
 """A signal that falls by less has not become better: what is flown over changes it by as much."""
 _DOUBTFUL: Final = 0.05
@@ -102,7 +100,7 @@ class Diagnosing(ManagingSystem):
         self.watch = Watch(self, self.configuration)
         self.trials: dict[str, _Trial] = {}  # by failure
         self.in_place: dict[str, dict[Setting, Value]] = {}  # fault → what works around it
-        self.tried_s: dict[str, float] = {}  # fault → when it was treated, since its failure shows
+        self.showing: set[str] = set()  # failures that have been seen since they were last seen to be gone
         self.look_s: dict[str, float] = {}  # fault whose sensor is hidden → when to look at it again
         self.last_s, self.told = self.now_s, dict[str, float]()
         self.suspected: dict[str, float] = {}  # fault → its probability before its cure is tried now
@@ -192,8 +190,7 @@ class Diagnosing(ManagingSystem):
             for fault in faults
             if view is None or fault.effect is None or fault.effect.sensor in seen
         ]
-        for fault in faults:
-            self.tried_s.pop(fault.name, None)
+        self.showing.discard(failure.name)
         if len(proven) == len(faults):
             self.belief.settle(failure.name, proven)
         else:
@@ -208,19 +205,22 @@ class Diagnosing(ManagingSystem):
         """Try what has the highest probability of helping for its cost."""
         suspects = [fault for fault in faults if fault.name not in self.in_place and self.is_possible(fault)]
         names = [fault.name for fault in suspects]
+        if failure.name not in self.showing and not self.belief.is_plausible(names):
+            self.belief.settle(failure.name, names)  # one of them has come since they were excluded
+        self.showing.add(failure.name)
         self.belief.suspect(failure.name, names)
         self.suspected |= {name: self.belief.probability(name) for name in names}
         if not self.may_adapt:
             return
         options = list(self.releases(faults))
-        options += self.cures(suspects)
+        if failure.topic or self.belief.is_plausible(names):
+            options += self.cures(suspects)
         if options:
             self.begin(failure, max(options, key=lambda option: option.probability / option.cost_s))
 
     def begin(self, failure: Failure, option: _Option) -> None:
         """Begin to try an option."""
         released = {} if option.cure else self.in_place.pop(option.faults[0])
-        self.tried_s |= dict.fromkeys(option.faults, self.now_s)
         self.do(option)
         if failure.topic:
             self.watch.begin_repair(full_name(failure.topic))
@@ -236,11 +236,10 @@ class Diagnosing(ManagingSystem):
         return is_seen and not (is_of_configuration(fault) and self.configuration.is_wrong(fault) is False)
 
     def cures(self, suspects: list[Fault]) -> Iterator[_Option]:
-        """Yield the cures that can be done now of faults that were not treated a moment ago."""
-        untried = [f for f in suspects if self.now_s - self.tried_s.get(f.name, -_AGAIN_S) >= _AGAIN_S]
-        for cure in dict.fromkeys(cure for fault in untried for cure in fault.cures):
+        """Yield the cures of some faults that can be done now."""
+        for cure in dict.fromkeys(cure for fault in suspects for cure in fault.cures):
             if all(self.is_up(step) for step in cure):
-                names = tuple(fault.name for fault in untried if cure in fault.cures)
+                names = tuple(fault.name for fault in suspects if cure in fault.cures)
                 wait_s = self.wait_s(cure)
                 cost_s = self.cost_s(cure, names, wait_s)
                 yield _Option(names, cure, wait_s, self.belief.probability_of_any(names), cost_s)

@@ -1,6 +1,6 @@
 """Which failures show, as far as that can be told while repairs are under way."""
 
-from collections import deque
+from collections import Counter, deque
 from typing import Final
 
 from sunset.managing.base import ManagingSystem
@@ -16,7 +16,7 @@ PASSING_S: Final = 0.35
 """After so long one sees whether a node passes on what it gets: by `_SILENT` at 10 Hz, and a blackboard."""
 _SILENT: Final = 2.5
 """A topic is silent when its last message is older than so many of its periods: two messages are missing, and half a
-period is left for jitter. Its period follows from the most messages that it had in a second."""
+period is left for jitter. Its period follows from how many messages it has had in most seconds."""
 _DOUBTFUL: Final = 1.5
 """From so many periods on it may be: one message is missing."""
 _JUMP: Final = 1 / 6
@@ -44,7 +44,7 @@ class Watch:
         self._without = settings_without()
         self._views = {view.setting.value: view for view in described_views()}
         self._symptoms = Symptoms({})
-        self._most: dict[str, float] = {}  # topic → the most messages that it had in a second
+        self._rates: dict[str, Counter[float]] = {}  # topic → how often it had so many messages in a second
         self._repair_s: dict[str, float] = {}  # topic → when the repair of its node began
         self._asked_s: dict[str, float] = {}  # topic → from then on its node must have sent something
         self._clear_s: dict[str, float] = {}  # signal → from then on it is of new frames
@@ -68,8 +68,8 @@ class Watch:
         self._symptoms = symptoms
         for topic in self._wiring.topics:
             frequency = symptoms.frequency(topic)
-            if frequency > self._most.get(topic, 0.0):
-                self._most[topic] = frequency
+            if frequency > 0:
+                self._rates.setdefault(topic, Counter())[frequency] += 1
         if self._set != self._configuration.get(view_setting()):
             self._set = self._configuration.get(view_setting())
             self._clear_s = dict.fromkeys(self._nodes, self._manager.now_s + NEW_FRAMES_S)
@@ -98,7 +98,8 @@ class Watch:
         return 0.0 if failure.topic else self._thresholds.badness(failure.signal, self._symptoms)
 
     def _is_late(self, topic: str, periods: float) -> bool:
-        return self._symptoms.age(topic) * self._most.get(topic, 0.0) > periods
+        rates = self._rates.get(topic)
+        return rates is not None and self._symptoms.age(topic) * rates.most_common(1)[0][0] > periods
 
     def _is_silent(self, topic: str) -> bool | None:
         node = self._wiring.publisher[topic]

@@ -81,7 +81,7 @@ def test_noise_is_believed_in_when_all_else_is_excluded(tmp_path: Path) -> None:
 
 @pytest.mark.thorough
 def test_a_hidden_sensor_is_looked_at_again_when_that_pays(tmp_path: Path) -> None:
-    result = fly(tmp_path / "run", "depth_degradation", 25.0)
+    result = fly(tmp_path / "run", "depth_degradation", 26.0)
 
     assert modalities(result) == ["1", "0", "1"]
 

@@ -26,28 +26,25 @@ from sunset.system.vocabulary import (
 Setting = tuple[str, str]
 """A node and its parameter; an empty parameter is for whether the node is active."""
 
-VIEW: Final = ("", "")
-"""Stands for the parameter that chooses the sensors, in a system without one."""
-
 _SET_S: Final = 0.5
 """After so long, a parameter that is read is as it was set."""
 
 
 def view_setting() -> Setting:
     """Return the parameter that chooses the sensors which the pipeline works with."""
-    return next(((view.setting.node, view.setting.parameter) for view in described_views()), VIEW)
+    setting = described_views()[0].setting
+    return setting.node, setting.parameter
 
 
 def settings_without() -> dict[str, tuple[Setting, Value]]:
     """Return the full name of a sensor's topic → the setting by which the pipeline works without it."""
-    views = described_views()
-    sensors = frozenset[str]().union(*(view.sensors for view in views))
+    healthy, *others = described_views()
     return {
         full_name(topic): (view_setting(), view.setting.value)
-        for view in views
+        for view in others
         for node in described_nodes()
         for topic in node.outputs
-        if {node.name} == sensors - view.sensors and view.setting.value is not None
+        if {node.name} == healthy.sensors - view.sensors and view.setting.value is not None
     }
 
 
@@ -55,8 +52,8 @@ def healthy_settings() -> dict[Setting, Value]:
     """Return the settings of a system that was not changed, as far as they are known."""
     faults = described_faults().values()
     healthy = {(fault.node, fault.parameter): fault.healthy for fault in faults if is_of_configuration(fault)}
-    healthy |= {view_setting(): view.setting.value for view in described_views()[:1]}
-    healthy |= {setting: fault.value for fault in faults for setting in _strengths(fault, fault.cures[:1])}
+    healthy[view_setting()] = described_views()[0].setting.value
+    healthy |= {setting: fault.value for fault in faults for setting in _strengths(fault, *fault.cures[:1])}
     return {setting: value for setting, value in healthy.items() if value is not None}
 
 
@@ -65,10 +62,12 @@ def is_of_configuration(fault: Fault) -> bool:
     return fault.kind is FaultKind.CONFIGURATION
 
 
-def _strengths(fault: Fault, cures: tuple[tuple[Adaptation, ...], ...]) -> list[Setting]:
-    """Return the parameters that tell the nodes of cures which strength of a fault they undo."""
-    steps = [step for cure in cures for step in cure if step.kind is AdaptationKind.ACTIVATE]
-    return [(step.node, fault.parameter) for step in steps] if fault.effect and fault.effect.restore else []
+def _strengths(fault: Fault, cure: tuple[Adaptation, ...] = ()) -> list[Setting]:
+    """Return the parameters that tell the nodes of a cure which strength of a fault they undo."""
+    restores = fault.effect is not None and fault.effect.restore is not None
+    return [
+        (step.node, fault.parameter) for step in cure if restores and step.kind is AdaptationKind.ACTIVATE
+    ]
 
 
 def settings_of(
@@ -92,7 +91,7 @@ def settings_of(
         else:
             return None
     if fault is not None and strength is not None:
-        settings |= dict.fromkeys(_strengths(fault, (cure,)), strength)
+        settings |= dict.fromkeys(_strengths(fault, cure), strength)
     return settings
 
 

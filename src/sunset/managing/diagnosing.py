@@ -84,8 +84,8 @@ class Diagnosing(ManagingSystem):
     its faults suspects. It tries the cure with the highest probability of helping, divided by the time until one sees
     whether it has. What does not help excludes the faults that it would have cured, and is undone.
 
-    - The node to repair is the one that gets all of its inputs and sends nothing. While a sensor boots, the
-      segmentation takes the others.
+    - The node to repair is the one that gets all of its inputs and sends nothing. While a sensor boots or has stopped,
+      the segmentation takes the others.
     - A fault of the configuration needs no symptom: its parameter is read.
     - What works around a fault of the world stays in place. It is lifted when a symptom may come of that, and otherwise
       so rarely that it pays.
@@ -183,13 +183,7 @@ class Diagnosing(ManagingSystem):
 
     def conclude(self, failure: Failure, faults: list[Fault]) -> None:
         """Exclude the faults of a failure that would show if they were there, and look at those that are hidden."""
-        view = self.watch.view(failure)
-        seen = view.sensors if view is not None and view.is_telling else frozenset[str]()
-        proven = [
-            fault.name
-            for fault in faults
-            if view is None or fault.effect is None or fault.effect.sensor in seen
-        ]
+        proven = [fault.name for fault in faults if self.watch.sees(fault, is_telling=True)]
         self.showing.discard(failure.name)
         if len(proven) == len(faults):
             self.belief.settle(failure.name, proven)
@@ -203,7 +197,8 @@ class Diagnosing(ManagingSystem):
 
     def try_best(self, failure: Failure, faults: list[Fault]) -> None:
         """Try what has the highest probability of helping for its cost."""
-        suspects = [fault for fault in faults if fault.name not in self.in_place and self.is_possible(fault)]
+        seen = [fault for fault in faults if self.watch.sees(fault)]
+        suspects = [fault for fault in seen if fault.name not in self.in_place]
         names = [fault.name for fault in suspects]
         if failure.name not in self.showing and not self.belief.is_plausible(names):
             self.belief.settle(failure.name, names)  # one of them has come since they were excluded
@@ -213,7 +208,7 @@ class Diagnosing(ManagingSystem):
         if not self.may_adapt:
             return
         options = list(self.releases(faults))
-        if failure.topic or self.belief.is_plausible(names):
+        if self.belief.is_plausible(names):
             options += self.cures(suspects)
         if options:
             self.begin(failure, max(options, key=lambda option: option.probability / option.cost_s))
@@ -228,12 +223,6 @@ class Diagnosing(ManagingSystem):
             self.belief.exclude(option.faults)  # of this moment, whenever one sees whether it has helped
         badness = self.watch.badness(failure)
         self.trials[failure.name] = _Trial(option, badness, self.now_s + option.wait_s, released)
-
-    def is_possible(self, fault: Fault) -> bool:
-        """Return whether a fault could be there, by the sensors in use and by the parameters that were read."""
-        view = self.watch.view(self.failures[fault.failure])
-        is_seen = view is None or fault.effect is None or fault.effect.sensor in view.sensors
-        return is_seen and not (is_of_configuration(fault) and self.configuration.is_wrong(fault) is False)
 
     def cures(self, suspects: list[Fault]) -> Iterator[_Option]:
         """Yield the cures of some faults that can be done now."""
@@ -290,9 +279,7 @@ class Diagnosing(ManagingSystem):
         wanted: dict[Setting, Value] = {}
         for settings in self.in_place.values():
             wanted |= settings
-        booting = self.configuration.booting
-        away = [topic for topic in self.without if self.wiring.publisher[topic] in booting]
-        return wanted | dict(self.without[topic] for topic in away)
+        return wanted | dict(self.without[topic] for topic in filter(self.watch.is_away, self.without))
 
 
 def _is_redeploy(step: Adaptation) -> bool:

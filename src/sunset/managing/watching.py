@@ -8,7 +8,16 @@ from sunset.managing.configuration import Configuration, settings_without, view_
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.thresholds import Thresholds
 from sunset.managing.wiring import Wiring
-from sunset.system.vocabulary import Failure, Value, View, described_signals, described_views, full_name
+from sunset.system.vocabulary import (
+    Failure,
+    Fault,
+    Value,
+    View,
+    described_failures,
+    described_signals,
+    described_views,
+    full_name,
+)
 
 NEW_FRAMES_S: Final = 0.75
 """After so long a signal is one of new frames only: a mean over 5 of them, reported and shown ten times a second."""
@@ -41,10 +50,11 @@ class Watch:
         self._thresholds = Thresholds(manager)
         self._nodes = {signal.name: signal.node for signal in described_signals()}
         self._wiring = Wiring()
-        self._without = settings_without()
+        self._view, self._without = view_setting(), settings_without()
         self._views = {view.setting.value: view for view in described_views()}
         self._symptoms = Symptoms({})
         self._rates: dict[str, Counter[float]] = {}  # topic → how often it had so many messages in a second
+        self._stopped: set[str] = set()
         self._repair_s: dict[str, float] = {}  # topic → when the repair of its node began
         self._asked_s: dict[str, float] = {}  # topic → from then on its node must have sent something
         self._clear_s: dict[str, float] = {}  # signal → from then on it is of new frames
@@ -54,14 +64,19 @@ class Watch:
         ] = {}  # signal that has jumped → above this it is still where it jumped to
         self._set: Value | None = None
 
-    def view(self, failure: Failure) -> View | None:
-        """Return with which sensors the pipeline works, as far as that changes how a failure shows; else None."""
-        return self._view_of(failure.signal) if failure.signal else None
+    def sees(self, fault: Fault, *, is_telling: bool = False) -> bool:
+        """Return whether a fault can show with the sensors in use, or, if `is_telling`, must show if it is there."""
+        signal = described_failures()[fault.failure].signal
+        view = self._view_of(signal) if signal else None
+        if view is None or fault.effect is None:
+            return True
+        return fault.effect.sensor in view.sensors and view.is_telling >= is_telling
 
     def _view_of(self, signal: str) -> View | None:
-        node, _ = view_setting()
+        """Return with which sensors the pipeline works, where that changes what a signal tells; else None."""
+        node, _ = self._view
         before = {self._wiring.publisher[topic] for topic in self._wiring.topics_until(self._nodes[signal])}
-        return self._views.get(self._configuration.get(view_setting())) if node in before else None
+        return self._views.get(self._configuration.get(self._view)) if node in before else None
 
     def see(self, symptoms: Symptoms) -> None:
         """Take note of a moment."""
@@ -70,9 +85,17 @@ class Watch:
             frequency = symptoms.frequency(topic)
             if frequency > 0:
                 self._rates.setdefault(topic, Counter())[frequency] += 1
-        if self._set != self._configuration.get(view_setting()):
-            self._set = self._configuration.get(view_setting())
+        if self._set != self._configuration.get(self._view):
+            self._set = self._configuration.get(self._view)
             self._clear_s = dict.fromkeys(self._nodes, self._manager.now_s + NEW_FRAMES_S)
+
+    def is_away(self, topic: str) -> bool:
+        """Return whether a topic's node boots, or has stopped and does not send half as often again as it did."""
+        if self._symptoms.stopped(topic):
+            self._stopped.add(topic)
+        elif self._symptoms.frequency(topic) >= self._usual(topic) / 2:
+            self._stopped.discard(topic)
+        return topic in self._stopped or self._wiring.publisher[topic] in self._configuration.booting
 
     def begin_repair(self, topic: str) -> None:
         """Take note that a topic's node is repaired."""
@@ -98,8 +121,11 @@ class Watch:
         return 0.0 if failure.topic else self._thresholds.badness(failure.signal, self._symptoms)
 
     def _is_late(self, topic: str, periods: float) -> bool:
-        rates = self._rates.get(topic)
-        return rates is not None and self._symptoms.age(topic) * rates.most_common(1)[0][0] > periods
+        return self._symptoms.age(topic) * self._usual(topic) > periods
+
+    def _usual(self, topic: str) -> float:
+        """Return how many messages a topic has in most seconds."""
+        return self._rates[topic].most_common(1)[0][0] if topic in self._rates else 0.0
 
     def _is_silent(self, topic: str) -> bool | None:
         node = self._wiring.publisher[topic]

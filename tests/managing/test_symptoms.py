@@ -26,7 +26,7 @@ def test_it_is_a_mapping_of_the_blackboard() -> None:
 
 def test_what_it_does_not_have_is_answered_with_what_is_like_it() -> None:
     with pytest.raises(
-        AttributeError, match=r"no 'unsur': did you mean 'unsure', or name one of autofocus_needed, "
+        AttributeError, match=r"no 'unsur': did you mean 'unsure', or name one of age, autofocus_needed, "
     ):
         getattr(Symptoms({}), "unsur")  # noqa: B009  a type checker would complain
     assert not hasattr(Symptoms({}), "__len_hint__")
@@ -53,7 +53,7 @@ def test_the_last_message_on_a_topic_has_an_age() -> None:
     symptoms = Symptoms({"managed_subsystem_rgb_camera_age": 0.3})
     assert symptoms.age("rgb_camera") == 0.3
     assert math.isnan(symptoms.age("depth_camera"))
-    with pytest.raises(ValueError, match="There is no topic 'rgb_camara': perhaps rgb_camera"):
+    with pytest.raises(ValueError, match="There is no topic 'rgb_camara': did you mean 'rgb_camera'"):
         symptoms.age("rgb_camara")
 
 

@@ -180,6 +180,15 @@ class Diagnosing(ManagingSystem):
         self.belief.confirm(name)
         if self.view in settings:
             self.look_s[name] = self.now_s + _LOOK_S
+            self.prevent(self.faults[name].failure)
+
+    def prevent(self, failure: str) -> None:
+        """Cure what would not show while a sensor is hidden, unless it was just excluded, where a parameter does it."""
+        for fault in self.faults.values():
+            steps = fault.cures[0] if fault.kind is FaultKind.INTERNAL and fault.failure == failure else ()
+            if len(steps) == 1 and steps[0].parameter and self.belief.is_plausible([fault.name]):
+                request(self, steps[0])
+                self.belief.exclude([fault.name])
 
     def conclude(self, failure: Failure, faults: list[Fault]) -> None:
         """Exclude the faults of a failure that would show if they were there, and look at those that are hidden."""
@@ -197,8 +206,8 @@ class Diagnosing(ManagingSystem):
 
     def try_best(self, failure: Failure, faults: list[Fault]) -> None:
         """Try what has the highest probability of helping for its cost."""
-        seen = [fault for fault in faults if self.watch.sees(fault)]
-        suspects = [fault for fault in seen if fault.name not in self.in_place]
+        seen = [fault for fault in faults if self.watch.sees(fault) and fault.name not in self.in_place]
+        suspects = [fault for fault in seen if self.configuration.is_wrong(fault) is not False]
         names = [fault.name for fault in suspects]
         if failure.name not in self.showing and not self.belief.is_plausible(names):
             self.belief.settle(failure.name, names)  # one of them has come since they were excluded

@@ -91,11 +91,12 @@ class Watch:
 
     def is_away(self, topic: str) -> bool:
         """Return whether a topic's node boots, or has stopped and does not send half as often again as it did."""
-        if self._symptoms.stopped(topic):
-            self._stopped.add(topic)
-        elif self._symptoms.frequency(topic) >= self._usual(topic) / 2:
+        is_booting = self._wiring.publisher[topic] in self._configuration.booting
+        if is_booting or self._symptoms.frequency(topic) >= self._usual(topic) / 2:
             self._stopped.discard(topic)
-        return topic in self._stopped or self._wiring.publisher[topic] in self._configuration.booting
+        elif self._symptoms.stopped(topic):
+            self._stopped.add(topic)
+        return is_booting or topic in self._stopped
 
     def begin_repair(self, topic: str) -> None:
         """Take note that a topic's node is repaired."""

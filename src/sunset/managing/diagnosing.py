@@ -50,21 +50,13 @@ Cure = tuple[Adaptation, ...]
 
 @dataclass(frozen=True)
 class _Option:
-    """A possible action: a cure of some faults, or lifting the cure of one.
-
-    Attributes:
-        faults: their names.
-        cure: what is done; empty to lift the cure that is in place.
-        wait_s: time until one sees what it has done [s].
-        probability: that it helps.
-        cost_s: what it costs, in seconds of output.
-    """
+    """A possible action: a cure of some faults, or, without a cure, lifting what works around one."""
 
     faults: tuple[str, ...]
     cure: Cure
-    wait_s: float
-    probability: float = 1.0
-    cost_s: float = 1.0
+    wait_s: float  # until one sees what it has done
+    probability: float = 1.0  # that it helps
+    cost_s: float = 1.0  # in seconds of output
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ def is_of_configuration(fault: Fault) -> bool:
 
 
 def _strengths(fault: Fault, cure: tuple[Adaptation, ...] = ()) -> list[Setting]:
-    """Return the parameters that tell the nodes of a cure which strength of a fault they undo."""
+    """Return the parameters by which the nodes of a cure know the strength of a fault."""
     restores = fault.effect is not None and fault.effect.restore is not None
     return [
         (step.node, fault.parameter) for step in cure if restores and step.kind is AdaptationKind.ACTIVATE
@@ -78,7 +78,7 @@ def settings_of(
     Args:
         cure: adaptations.
         fault: what they cure, where its strength is known.
-        strength: how strong the fault is, which the nodes are told that undo it.
+        strength: how strong the fault is, for the nodes that undo it.
     """
     settings: dict[Setting, Value] = {}
     for step in cure:

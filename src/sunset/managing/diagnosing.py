@@ -184,7 +184,7 @@ class Diagnosing(ManagingSystem):
 
     def conclude(self, failure: Failure, faults: list[Fault]) -> None:
         """Exclude the faults of a failure that would show if they were there, and look at those that are hidden."""
-        proven = [fault.name for fault in faults if self.watch.sees(fault, is_telling=True)]
+        proven = [fault.name for fault in faults if self.watch.sees(fault, is_conclusive=True)]
         self.showing.discard(failure.name)
         if len(proven) == len(faults):
             self.belief.settle(failure.name, proven)
@@ -202,7 +202,7 @@ class Diagnosing(ManagingSystem):
         suspects = [fault for fault in seen if self.configuration.is_wrong(fault) is not False]
         names = [fault.name for fault in suspects]
         if failure.name not in self.showing and not self.belief.is_plausible(names):
-            self.belief.settle(failure.name, names)  # one of them has come since they were excluded
+            self.belief.settle(failure.name, names)  # it has come since they were excluded
         self.showing.add(failure.name)
         self.belief.suspect(failure.name, names)
         self.suspected |= {name: self.belief.probability(name) for name in names}

@@ -36,8 +36,7 @@ class Watch:
     """Tells which failures show.
 
     - A topic is silent if its node gets all of its inputs and sends nothing; whatever is behind it is not asked.
-    - A signal counts when it is one of new frames only. While the pipeline works with sensors of which it tells
-      nothing, a jump shows the failure, too.
+    - A signal counts when all of its frames are new. While a good value proves nothing, a jump shows the failure, too.
 
     Args:
         manager: the managing system that watches; thresholds are its parameters.
@@ -64,16 +63,16 @@ class Watch:
         ] = {}  # signal that has jumped → above this it is still where it jumped to
         self._set: Value | None = None
 
-    def sees(self, fault: Fault, *, is_telling: bool = False) -> bool:
-        """Return whether a fault can show with the sensors in use, or, if `is_telling`, must show if it is there."""
+    def sees(self, fault: Fault, *, is_conclusive: bool = False) -> bool:
+        """Return whether a fault can show with the sensors in use, or, if `is_conclusive`, must show if it is there."""
         signal = described_failures()[fault.failure].signal
         view = self._view_of(signal) if signal else None
         if view is None or fault.effect is None:
             return True
-        return fault.effect.sensor in view.sensors and view.is_telling >= is_telling
+        return fault.effect.sensor in view.sensors and view.is_conclusive >= is_conclusive
 
     def _view_of(self, signal: str) -> View | None:
-        """Return with which sensors the pipeline works, where that changes what a signal tells; else None."""
+        """Return with which sensors the pipeline works, where that changes a signal; else None."""
         node, _ = self._view
         before = {self._wiring.publisher[topic] for topic in self._wiring.topics_until(self._nodes[signal])}
         return self._views.get(self._configuration.get(self._view)) if node in before else None
@@ -146,9 +145,9 @@ class Watch:
         return self._thresholds.is_beyond(name, self._symptoms) or self._has_jumped(name)
 
     def _has_jumped(self, name: str) -> bool:
-        """Return whether a signal has jumped, and has not come back, while it tells nothing of what is wrong."""
+        """Return whether a signal has jumped, and has not come back, while a good value proves nothing."""
         view = self._view_of(name)
-        if view is None or view.is_telling:
+        if view is None or view.is_conclusive:
             return False
         now_s, value = self._manager.now_s, self._thresholds.badness(name, self._symptoms)
         seen = self._seen.setdefault(name, deque())

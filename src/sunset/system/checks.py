@@ -201,7 +201,7 @@ def check_views(views: Iterable[View], nodes: Mapping[str, NodeDescription]) -> 
     """Check that all views are values of one parameter, and of nodes that there are.
 
     Raises:
-        ExtensionError: one is not.
+        ExtensionError: a view is not.
     """
     parameters = {f"{view.setting.node}.{view.setting.parameter}": view for view in views}
     if len(parameters) > 1:

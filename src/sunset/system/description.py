@@ -213,12 +213,12 @@ class View:
     Attributes:
         setting: the adaptation that sets it.
         sensors: the nodes of these sensors.
-        is_telling: whether a signal on the good side of its threshold then proves that these images are good.
+        is_conclusive: whether a signal on the good side of its threshold then proves that these images are good.
     """
 
     setting: Adaptation
     sensors: frozenset[str]
-    is_telling: bool = True
+    is_conclusive: bool = True
 
 
 ImageFunction: TypeAlias = Callable[..., Any] | str

@@ -123,7 +123,7 @@ MODALITIES: Final = tuple(
 _VIEWS: Final = (
     View(MODALITIES[0], frozenset({"camera", "depth"})),
     # with the colour image alone, the entropy stays calm where that image is dark or misaligned
-    View(MODALITIES[1], frozenset({"camera"}), is_telling=False),
+    View(MODALITIES[1], frozenset({"camera"}), is_conclusive=False),
     View(MODALITIES[2], frozenset({"depth"})),
 )
 _RECALIBRATE = Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "do_recalibration", value=True)

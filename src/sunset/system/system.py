@@ -70,8 +70,8 @@ class Extension:
         adaptations: those that the system offers besides the restart and the redeploy of every node and the steps of
             cures.
         exclusive: pairs of faults that cannot be there at the same time: each would be the other's cure.
-        views: the values of the parameter that chooses the sensors which the pipeline works with; first that of a
-            healthy system, with all of them.
+        views: the values of the parameter that chooses the sensors which the pipeline works with; the first has all of
+            them.
         suites: name → its scenarios, each the faults that are injected together, as `fault` or `fault=value`; or a YAML
             text, a list of scenarios as in scenario files, whose names are without that of the suite.
         prices: kind of adaptation → what each costs in `utility`, in frames of healthy output.

@@ -25,7 +25,7 @@ from typing import Final, cast
 from sunset.evaluation.scores import LEAST_GAIN
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.managing import ManagingSystem, Symptoms, register_manager
-from sunset.managing.configuration import WITHOUT
+from sunset.managing.configuration import settings_without
 from sunset.managing.requesting import request
 from sunset.recording import StoredRun
 from sunset.scenarios import Scenario, load_scenario, onsets
@@ -111,8 +111,8 @@ def moves(fault: str) -> Iterator[Move]:
     described = current_system().faults[fault]
     yield from described.cures
     topic = full_name(current_system().failures[described.failure].topic or "none")
-    if topic in WITHOUT:
-        (node, parameter), value = WITHOUT[topic]
+    if topic in settings_without():
+        (node, parameter), value = settings_without()[topic]
         for modality in (value, 0):
             yield (Adaptation(AdaptationKind.SET_PARAMETER, node, parameter, modality),)
 

@@ -28,6 +28,7 @@ order = {
         "docs/metrics",
         "docs/published",
         "docs/results",
+        "docs/measurements",
         "docs/publishing",
         "docs/clusters",
         "ARTIFACT",

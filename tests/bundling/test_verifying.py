@@ -11,7 +11,7 @@ import pytest
 from tests.bundling.conftest import DATE, IMPORTED, SETTINGS, Forge
 
 from sunset.api.splits import generate_split
-from sunset.bundling import Rerun, bundle, verify
+from sunset.bundling import Rerun, Verification, bundle, verify
 from sunset.experiments import BenchSpec, bench
 from sunset.recording import read_plan
 from sunset.recording._bag import read_bag, write_bag
@@ -294,6 +294,11 @@ def test_of_a_forged_figure_only_that_figure_is_said_to_differ_when_it_is_run_ag
     assert "{" not in sentence
 
 
+def beside_walls(found: Verification) -> list[str]:
+    """Return what could not be checked, but for what managing systems do on a system that lacks walls."""
+    return [text for text in found.unchecked if not text.endswith(" around it.")]
+
+
 def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(
     packed: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -304,7 +309,7 @@ def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(
     assert found.passed
     assert str(found).endswith("\nVerified.")
     assert (found.recomputed, len(found.again)) == (4, 2)
-    (unchecked,) = found.unchecked
+    (unchecked,) = beside_walls(found)
     assert unchecked == (
         "2 runs could not be run again: that runs the code of mine, which the bundle has; read it, and let it run with "
         "--trust."
@@ -322,7 +327,7 @@ def test_what_is_trusted_is_run_again_from_the_source_in_the_bundle(
     finally:
         (results.parent / "gone.py").rename(results.parent / "helper.py")
 
-    assert (found.problems, found.unchecked, len(found.again)) == ((), (), 4)
+    assert (found.problems, beside_walls(found), len(found.again)) == ((), [], 4)
     assert IMPORTED in capfd.readouterr().err
 
 

@@ -18,6 +18,7 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
         ("count_episodes", ["nowhere"], "name the one that 'sunset bench --out' wrote."),
         ("count_episodes", ["."], "no folder with a run.json in it."),
         ("artifact", ["nothing"], "name some of run, same, table, workers, recompute, bundle, rules, live."),
+        ("try_assumptions", ["nowhere", "flown"], "name the one that 'sunset bench --out' wrote."),
         ("draw_pictures", ["fog"], "depth_degradation, autofocus_needed"),
     ],
 )

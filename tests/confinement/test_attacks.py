@@ -17,7 +17,7 @@ import pytest
 from tests.confinement import attacks
 
 import sunset.metrics  # of which it could know
-from sunset.confinement import Confinement, View, walls
+from sunset.confinement import Confinement, View, missing_walls, walls
 from sunset.confinement.landlock import landlock_version
 from sunset.confinement.seccomp import can_filter_calls
 from sunset.system import unlisted
@@ -241,4 +241,6 @@ def test_what_it_starts_ends_with_it(confinement: Confinement) -> None:
 
 
 def test_it_starts_a_few_hundred_processes_at_most(confinement: Confinement) -> None:
+    if os.geteuid() == 0 and "namespaces" in missing_walls():
+        pytest.skip("Linux counts root's processes in a namespace of users only, which this system refuses")
     assert 10 < confined(confinement, "bomb")["got"] < 1000

@@ -37,10 +37,13 @@ def test_the_page_of_faults_is_that_of_the_catalogue_and_each_has_its_picture() 
     assert max(pictures.values()) <= 60_000
 
 
-def test_the_page_of_results_shows_what_the_files_beside_it_have(write_results: ModuleType) -> None:
-    page = (DOCS / "results.md").read_text(encoding="utf-8")
-    sections = [section for section in write_results.SECTIONS if section.details]
-    assert len(sections) >= 4 + len(list_models())
+@pytest.mark.parametrize(("name", "least"), [("results", 3), ("measurements", 4 + len(list_models()))])
+def test_a_page_of_results_shows_what_the_files_beside_it_have(
+    write_results: ModuleType, name: str, least: int
+) -> None:
+    page = (DOCS / f"{name}.md").read_text(encoding="utf-8")
+    sections = [section for section in write_results.PAGES[name][1] if section.details]
+    assert len(sections) >= least
     for section in sections:
         details = (DOCS / "results" / section.details).read_text(encoding="utf-8")
         assert section.page(details) in page

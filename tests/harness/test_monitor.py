@@ -43,9 +43,23 @@ def test_it_publishes_ten_times_a_second(world: "World") -> None:
 def test_a_topic_has_a_frequency_from_its_first_message_on(world: "World") -> None:
     assert blackboard(world) == {}
     world.publish("/rgb_raw", Image())
-    assert blackboard(world) == {"rgb_raw_freq": 1.0}
+    assert blackboard(world)["rgb_raw_freq"] == 1.0
     world.run(1.0)
-    assert blackboard(world) == {"rgb_raw_freq": 0.0}
+    assert blackboard(world)["rgb_raw_freq"] == 0.0
+
+
+@pytest.mark.usefixtures("monitor")
+def test_the_last_message_on_a_topic_has_an_age(world: "World") -> None:
+    world.run(0.05)
+    world.publish("/rgb_raw", Image())
+    assert blackboard(world)["rgb_raw_age"] == pytest.approx(0.05, abs=0.002)  # as of 0.1 s
+    world.run(0.4)
+    assert blackboard(world)["rgb_raw_age"] == pytest.approx(0.55, abs=0.002)  # as of 0.6 s
+    world.publish("/rgb_raw", Image())
+    world.run(0.1)
+    assert blackboard(world)["rgb_raw_age"] == pytest.approx(
+        0.13, abs=0.002
+    )  # published at 0.67 s, as of 0.8 s
 
 
 @pytest.mark.usefixtures("monitor")

@@ -13,6 +13,7 @@ from sunset.managing import (
     MANAGERS,
     Baseline,
     Diagnosing,
+    Inspecting,
     ManagingSystem,
     NoAdaptation,
     Oracle,
@@ -79,6 +80,7 @@ def test_the_registered_ones_are_found_by_name() -> None:
         "baseline": Baseline,
         "reactive": Reactive,
         "diagnosing": Diagnosing,
+        "inspecting": Inspecting,
         "oracle": Oracle,
     }
     assert load_manager("none") is NoAdaptation
@@ -212,7 +214,7 @@ def test_a_name_that_no_record_can_hold_is_refused(tmp_path: Path) -> None:
 def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
     with pytest.raises(
         ManagerError,
-        match="name none, random, baseline, reactive, diagnosing, oracle, or your own as module:Class",
+        match="name none, random, baseline, reactive, diagnosing, inspecting, oracle, or your own as module:Class",
     ):
         load_manager(spec)
 
@@ -228,7 +230,7 @@ def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
         ("mine.py", "is a file: name its class too, as mine.py:Class"),
         (
             "sunset.managing:Mine",
-            "There is no class Mine in sunset.managing: name one of Baseline, Diagnosing, NoAdaptation",
+            "There is no class Mine in sunset.managing: name one of Baseline, Diagnosing, Inspecting, NoAdaptation",
         ),
         (
             "sunset.managing:Basline",

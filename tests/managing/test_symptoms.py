@@ -26,7 +26,7 @@ def test_it_is_a_mapping_of_the_blackboard() -> None:
 
 def test_what_it_does_not_have_is_answered_with_what_is_like_it() -> None:
     with pytest.raises(
-        AttributeError, match=r"no 'unsur': did you mean 'unsure', or name one of autofocus_needed, "
+        AttributeError, match=r"no 'unsur': did you mean 'unsure', or name one of age, autofocus_needed, "
     ):
         getattr(Symptoms({}), "unsur")  # noqa: B009  a type checker would complain
     assert not hasattr(Symptoms({}), "__len_hint__")
@@ -47,6 +47,14 @@ def test_topics_have_short_and_full_names(topic: str) -> None:
 
 def test_a_topic_outside_of_the_managed_system_has_its_full_name() -> None:
     assert Symptoms({"rgb_raw_freq": 10.0}).frequency("/rgb_raw") == 10.0
+
+
+def test_the_last_message_on_a_topic_has_an_age() -> None:
+    symptoms = Symptoms({"managed_subsystem_rgb_camera_age": 0.3})
+    assert symptoms.age("rgb_camera") == 0.3
+    assert math.isnan(symptoms.age("depth_camera"))
+    with pytest.raises(ValueError, match="There is no topic 'rgb_camara': did you mean 'rgb_camera'"):
+        symptoms.age("rgb_camara")
 
 
 def test_a_topic_stops_only_after_it_was_heard() -> None:
@@ -82,7 +90,7 @@ def test_the_system_has_come_up_when_there_was_a_segmentation() -> None:
 
 def test_the_type_says_what_stands_for_a_number_that_is_not_measured() -> None:
     properties = [vars(Symptoms)[name].fget for name in ("entropy", "sharpness")]
-    for measured in (*properties, Symptoms.frequency, Symptoms.heartbeat):
+    for measured in (*properties, Symptoms.frequency, Symptoms.age, Symptoms.heartbeat):
         assert inspect.signature(measured).return_annotation is FloatOrNaN
 
 

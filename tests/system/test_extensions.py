@@ -115,6 +115,18 @@ def of_fault(options: str) -> str:
             "The failure F6 refers to the signal 'sonar_echo', which is not there",
         ),
         (
+            HEAD
+            + "EXTENSION = Extension(views=(View(Adaptation('set_parameter', 'camera', 'perform_autofocus', True), "
+            "frozenset({'camera'})),))",
+            "All views must be values of one parameter, got sensor_fusion.modality and camera.perform_autofocus.",
+        ),
+        (
+            HEAD
+            + "EXTENSION = Extension(views=(View(Adaptation('set_parameter', 'sensor_fusion', 'modality', 1), "
+            "frozenset({'lidar'})),))",
+            "The view 'set sensor_fusion.modality to 1' refers to the node 'lidar', which is not there",
+        ),
+        (
             HEAD + "EXTENSION = Extension(signals=(Signal('camera', 'echo'),),"
             "failures=(Failure('F6', 'a', 'b', 'c', signal='camera_echo'),))",
             "The failure F6 needs a threshold of the signal camera_echo, which has none",

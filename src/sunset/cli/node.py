@@ -18,8 +18,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--manager",
         metavar="SPEC",
-        help=f"which managing system {MANAGING_SYSTEM} is: none, random, baseline, reactive, diagnosing, oracle, or "
-        "your own",
+        help=f"which managing system {MANAGING_SYSTEM} is: none, random, baseline, reactive, diagnosing, inspecting, "
+        "oracle, or your own",
     )
     add_network_options(parser)
     parser.add_argument(

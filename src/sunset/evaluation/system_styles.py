@@ -34,6 +34,7 @@ SHIPPED: Final[Mapping[str, Style]] = MappingProxyType(
         "baseline": Style(BLUE, "o"),
         "reactive": Style(ORANGE, "s"),
         "diagnosing": Style("#009E73", "^"),
+        "inspecting": Style("#B2182B", "p"),
         "oracle": Style(INK, "*"),
     }
 )

@@ -16,6 +16,7 @@ from sunset.system import (
     WINDOW,
     MovingMean,
     Rate,
+    age_entry,
     current_system,
     frequency_entry,
     full_name,
@@ -45,6 +46,7 @@ class Monitor(Node):
 
     - `<topic>_freq`: messages of the last second on a topic of the pipeline, `_` in place of `/`, from the first
       message on: a topic that never had one has not stopped;
+    - `<topic>_age`: seconds since the last message on it, to the millisecond, from the first message on;
     - `<node>_<key>`: what a node reports, such as `segmentation_entropy` and `camera_sharpness`; of numbers
       the mean of the last five, from the fifth on; after a gap of a second five new ones are needed;
     - `<node>_lc_state`: its lifecycle state, `unknown` after a second without a heartbeat;
@@ -59,15 +61,15 @@ class Monitor(Node):
         self._values: dict[str, MovingMean | bool | str] = {}
         self._shown: dict[str, tuple[object, ParameterMessage]] = {}
         for topic in current_system().topics.values():
-            note = partial(self._note, frequency_entry(topic.name))
+            note = partial(self._note, topic.name)
             self.create_subscription(get_message(topic.message_type), full_name(topic.name), note, 10)
         self.create_subscription(DiagnosticArray, DIAGNOSTICS_TOPIC, self._on_diagnostics, 50)
         self._blackboard = self.create_publisher(SetBlackboardGroup, BLACKBOARD_TOPIC, 10)
         self.create_timer(_PERIOD_S, self._publish)
 
-    def _note(self, key: str, message: Message) -> None:
+    def _note(self, topic: str, message: Message) -> None:
         del message
-        self._topics.setdefault(key, Rate()).note(self.get_clock().now().nanoseconds)
+        self._topics.setdefault(topic, Rate()).note(self.get_clock().now().nanoseconds)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         now = self.get_clock().now().nanoseconds
@@ -100,7 +102,8 @@ class Monitor(Node):
 
     def _publish(self) -> None:
         now = self.get_clock().now().nanoseconds
-        numbers = {key: rate.frequency(now) for key, rate in self._topics.items()}
+        numbers = {frequency_entry(topic): rate.frequency(now) for topic, rate in self._topics.items()}
+        numbers |= {age_entry(topic): rate.age_s(now) for topic, rate in self._topics.items()}
         flags = {key: value for key, value in self._values.items() if isinstance(value, bool)}
         texts = {key: value for key, value in self._values.items() if isinstance(value, str)}
         means = {key: value.value for key, value in self._values.items() if isinstance(value, MovingMean)}

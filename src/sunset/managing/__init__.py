@@ -5,6 +5,7 @@ from sunset.managing.baseline import Baseline
 from sunset.managing.command import PREFIX, parse_command
 from sunset.managing.diagnosing import Diagnosing
 from sunset.managing.greeting import PROTOCOL
+from sunset.managing.inspecting import Inspecting
 from sunset.managing.known import KnownFault, KnownScenario, UnlistedFault
 from sunset.managing.loading import (
     checksum,
@@ -37,6 +38,7 @@ __all__ = [
     "Baseline",
     "Diagnosing",
     "FloatOrNaN",
+    "Inspecting",
     "KnownFault",
     "KnownScenario",
     "ManagingSystem",

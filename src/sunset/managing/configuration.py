@@ -1,57 +1,84 @@
 """How a managing system wants the managed one to be set, and what is set by now."""
 
 from collections.abc import Mapping
-from typing import Final
+from functools import partial
+from typing import Any, Final
 
+from sunset.interfaces.parameters import scalar_of
+from sunset.interfaces.rcl_interfaces.srv import GetParameters
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.wiring import Wiring
+from sunset.ros.client import AnyClient
+from sunset.ros.task import Future
 from sunset.system.vocabulary import (
     Adaptation,
     AdaptationKind,
-    Sensor,
+    Fault,
+    FaultKind,
     Value,
     described_faults,
+    described_nodes,
+    described_views,
     full_name,
 )
 
 Setting = tuple[str, str]
 """A node and its parameter; an empty parameter is for whether the node is active."""
 
-MODALITY: Final = ("sensor_fusion", "modality")
+_SET_S: Final = 0.5
+"""After so long, a parameter that is read is as it was set."""
 
-SEEN: Final[Mapping[Value, frozenset[Sensor]]] = {
-    0: frozenset({"camera", "depth"}),
-    1: frozenset({"camera"}),
-    2: frozenset({"depth"}),
-}
-"""Modality → the sensors that the segmentation sees with it."""
 
-WITHOUT: Final[Mapping[str, tuple[Setting, Value]]] = {
-    full_name("rgb_camera"): (MODALITY, 2),
-    full_name("depth_camera"): (MODALITY, 1),
-}
-"""Full name of a topic → the setting by which the pipeline works without it."""
+def view_setting() -> Setting:
+    """Return the parameter that chooses the sensors which the pipeline works with."""
+    setting = described_views()[0].setting
+    return setting.node, setting.parameter
 
-_STRENGTH: Final = ("image_enhancement", "image_degradation")
-"""The strength that the enhancement undoes."""
+
+def settings_without() -> dict[str, tuple[Setting, Value]]:
+    """Return the full name of a sensor's topic → the setting by which the pipeline works without it."""
+    healthy, *others = described_views()
+    return {
+        full_name(topic): (view_setting(), view.setting.value)
+        for view in others
+        for node in described_nodes()
+        for topic in node.outputs
+        if {node.name} == healthy.sensors - view.sensors and view.setting.value is not None
+    }
 
 
 def healthy_settings() -> dict[Setting, Value]:
     """Return the settings of a system that was not changed, as far as they are known."""
-    return {
-        MODALITY: 0,
-        ("sensor_fusion", "topic_camera_input"): "rgb_camera",
-        _STRENGTH: described_faults()[_STRENGTH[1]].value,
-    }
+    faults = described_faults().values()
+    healthy = {(fault.node, fault.parameter): fault.healthy for fault in faults if is_of_configuration(fault)}
+    healthy[view_setting()] = described_views()[0].setting.value
+    healthy |= {setting: fault.value for fault in faults for setting in _strengths(fault, *fault.cures[:1])}
+    return {setting: value for setting, value in healthy.items() if value is not None}
 
 
-def settings_of(cure: tuple[Adaptation, ...], strength: Value | None = None) -> dict[Setting, Value] | None:
+def is_of_configuration(fault: Fault) -> bool:
+    """Return whether a fault is a parameter with a wrong value, which can be read."""
+    return fault.kind is FaultKind.CONFIGURATION
+
+
+def _strengths(fault: Fault, cure: tuple[Adaptation, ...] = ()) -> list[Setting]:
+    """Return the parameters by which the nodes of a cure know the strength of a fault."""
+    restores = fault.effect is not None and fault.effect.restore is not None
+    return [
+        (step.node, fault.parameter) for step in cure if restores and step.kind is AdaptationKind.ACTIVATE
+    ]
+
+
+def settings_of(
+    cure: tuple[Adaptation, ...], fault: Fault | None = None, strength: Value | None = None
+) -> dict[Setting, Value] | None:
     """Return a cure as settings that last; None if it is something that is done once, such as a restart.
 
     Args:
         cure: adaptations.
-        strength: that of the fault, where it is known, which the enhancement is told.
+        fault: what they cure, where its strength is known.
+        strength: how strong the fault is, for the nodes that undo it.
     """
     settings: dict[Setting, Value] = {}
     for step in cure:
@@ -63,13 +90,15 @@ def settings_of(cure: tuple[Adaptation, ...], strength: Value | None = None) -> 
             settings[step.node, step.parameter] = step.value
         else:
             return None
-        if strength is not None and step.node == _STRENGTH[0]:
-            settings[_STRENGTH] = strength
+    if fault is not None and strength is not None:
+        settings |= dict.fromkeys(_strengths(fault, cure), strength)
     return settings
 
 
 class Configuration:
     """Sets what is wanted, and back what is not wanted any more; a redeployed node is set again while it boots.
+
+    Nodes are activated, but never deactivated again: an idle node does no harm, and a transition has a price.
 
     Args:
         manager: who wants it.
@@ -79,6 +108,9 @@ class Configuration:
         self._manager = manager
         self._healthy = healthy_settings()
         self._present: dict[Setting, Value] = {}
+        self._set_s: dict[Setting, float] = {}
+        self._read: dict[Setting, Value | None] = {}
+        self._readers: dict[str, AnyClient] = {}
         self._redeployed_s: dict[str, float] = {}
         self._boot_s = Wiring().boot_s
 
@@ -92,14 +124,16 @@ class Configuration:
         return self._boot_s[node]
 
     def get(self, setting: Setting) -> Value | None:
-        """Return the value of a setting, as far as it is known."""
+        """Return the value that a setting was given, or that of a healthy system; None if it is not known."""
         return self._present.get(setting, self._healthy.get(setting))
 
     def redeploy(self, node: str) -> None:
         """Redeploy a node, which forgets its settings."""
         self._manager.redeploy(node)
         self._redeployed_s[node] = self._manager.now_s
-        self._present = {key: value for key, value in self._present.items() if key[0] != node}
+        for known in (self._present, self._read):
+            for setting in [setting for setting in known if setting[0] == node]:
+                del known[setting]
 
     def see(self, symptoms: Symptoms) -> None:
         """Take note of the nodes that are back."""
@@ -111,20 +145,50 @@ class Configuration:
         for node in back:
             del self._redeployed_s[node]
 
+    def read(self, faults: Mapping[str, Fault]) -> None:
+        """Ask for the parameters that are wrong where a fault of the configuration is there."""
+        for setting in [
+            (fault.node, fault.parameter) for fault in faults.values() if is_of_configuration(fault)
+        ]:
+            node, parameter = setting
+            if node not in self._readers:
+                service = f"{full_name(node)}/get_parameters"
+                self._readers[node] = self._manager.create_client(GetParameters, service)
+            if self._readers[node].service_is_ready():
+                future = self._readers[node].call_async(GetParameters.Request(names=[parameter]))
+                future.add_done_callback(partial(self._on_value, setting))
+
+    def _on_value(self, setting: Setting, future: Future[Any]) -> None:
+        response = future.result()
+        if response is not None and response.values and setting[0] not in self._redeployed_s:
+            self._read[setting] = scalar_of(response.values[0])
+
+    def is_wrong(self, fault: Fault) -> bool | None:
+        """Return whether a fault of the configuration is there; None if that is not known."""
+        setting = fault.node, fault.parameter
+        if setting not in self._read:
+            return None
+        is_as_set = self._manager.now_s - self._set_s.get(setting, -_SET_S) >= _SET_S
+        return is_as_set and self._read[setting] == fault.value != self.get(setting)
+
     def want(self, wanted: Mapping[Setting, Value], symptoms: Symptoms) -> None:
         """Set what is wanted and is not so yet, and undo what was set and is not wanted any more."""
-        undone = {key: self._healthy.get(key, False) for key in self._present if key not in wanted}
-        for (node, parameter), value in (undone | dict(wanted)).items():
-            is_known = bool(
-                not parameter or (node, parameter) in self._healthy or (node, parameter) in wanted
-            )
+        undone = {key: self._healthy[key] for key in self._present if key in self._healthy}
+        for setting, value in (undone | dict(wanted)).items():
+            node, parameter = setting
             is_away = node in self._redeployed_s and symptoms.state(node) != "inactive"
-            if is_away or not is_known or self.get((node, parameter)) == value:
+            if is_away or self.get(setting) == value:
                 continue
-            self._present[node, parameter] = value
             if parameter:
-                self._manager.set_parameter(node, parameter, value)
-            elif value and symptoms.state(node) != "active":
-                self._manager.activate(node)
-            elif not value and symptoms.state(node) == "active":
-                self._manager.deactivate(node)
+                self.set(setting, value)
+            else:
+                self._present[setting] = value
+                if value and symptoms.state(node) != "active":
+                    self._manager.activate(node)
+                elif not value and symptoms.state(node) == "active":
+                    self._manager.deactivate(node)
+
+    def set(self, setting: Setting, value: Value) -> None:
+        """Set a parameter."""
+        self._present[setting], self._set_s[setting] = value, self._manager.now_s
+        self._manager.set_parameter(*setting, value)

@@ -1,12 +1,19 @@
 """A managing system that reasons: it believes more or less in each fault, and learns from what its adaptations do."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.belief import Belief
-from sunset.managing.configuration import MODALITY, SEEN, WITHOUT, Configuration, Setting, settings_of
+from sunset.managing.configuration import (
+    Configuration,
+    Setting,
+    is_of_configuration,
+    settings_of,
+    settings_without,
+    view_setting,
+)
 from sunset.managing.requesting import request
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.watching import NEW_FRAMES_S, PASSING_S, Watch
@@ -18,39 +25,38 @@ from sunset.system.vocabulary import (
     Failure,
     Fault,
     FaultKind,
-    Sensor,
     Value,
     described_failures,
     described_faults,
     full_name,
+    price_s,
 )
 
 _BLIND_S: Final = 1.0
 """Cost of doing without a sensor, in seconds of output, when nothing is known of what is wrong."""
-_FIRST_LOOK_S: Final = 3.0
-"""Time from hiding a sensor from the segmentation to looking at it again; each time it is twice as long."""
-_RISE: Final = 0.015
-"""A signal that is higher by so much than at the last look says that something has come."""
+_LOOK_S: Final = 20.0
+"""Time from hiding a sensor to looking at it again. A look costs c = 0.6 s of output: two parameters and a few bad
+frames. A sensor that is hidden in vain costs a tenth of the output, g = 0.1, and a fault heals once in 1 / r = 30 s. So
+the mean cost is c / T + r g T / 2, which is least at T = sqrt(2 c / (r g)) = 20 s."""
+_NOTABLE: Final = 0.015
+"""A signal that falls by less has not become better: what is flown over changes it by as much."""
 _DOUBTFUL: Final = 0.05
 """A fault that is worked around is taken to be there still, unless it is more probable than this that it has healed."""
 _LIKELY: Final = 0.5
 """A fault that is more probable than this is taken to be there."""
-
-_PROVEN: Final = {**SEEN, 1: frozenset[Sensor]()}
-"""Modality → the sensors whose faults a calm entropy excludes. With the colour image alone it stays calm where that
-image is dark or misaligned, so that it proves nothing."""
 
 Cure = tuple[Adaptation, ...]
 
 
 @dataclass(frozen=True)
 class _Option:
-    """A possible action: a cure of some faults, or lifting the cure of one."""
+    """A possible action: a cure of some faults, or, without a cure, lifting what works around one."""
 
     faults: tuple[str, ...]
     cure: Cure
-    probability: float
-    cost_s: float
+    wait_s: float  # until one sees what it has done
+    probability: float = 1.0  # that it helps
+    cost_s: float = 1.0  # in seconds of output
 
 
 @dataclass(frozen=True)
@@ -70,21 +76,24 @@ class Diagnosing(ManagingSystem):
     its faults suspects. It tries the cure with the highest probability of helping, divided by the time until one sees
     whether it has. What does not help excludes the faults that it would have cured, and is undone.
 
-    - The node to repair is the one that gets all of its inputs and sends nothing, seen before a second is over. While a
-      sensor boots, the segmentation takes the other one.
-    - A calm entropy proves nothing of what the segmentation does not look at, and with the colour image alone nothing
-      at all. So it returns to both images for a moment now and then, and compares.
+    - The node to repair is the one that gets all of its inputs and sends nothing. While a sensor boots or has stopped,
+      the segmentation takes the others.
+    - A fault of the configuration needs no symptom: its parameter is read.
+    - What works around a fault of the world stays in place. It is lifted when a symptom may come of that, and otherwise
+      so rarely that it pays.
     """
 
     def on_start(self) -> None:
         """Believe in nothing yet."""
         self.faults, self.failures, self.wiring = described_faults(), described_failures(), Wiring()
+        self.view, self.without = view_setting(), settings_without()
         self.belief = Belief(self.faults)
         self.configuration = Configuration(self)
         self.watch = Watch(self, self.configuration)
         self.trials: dict[str, _Trial] = {}  # by failure
         self.in_place: dict[str, dict[Setting, Value]] = {}  # fault → what works around it
-        self.is_looking, self.look_s, self.next_look_s, self.level = False, _FIRST_LOOK_S, 0.0, 0.0
+        self.showing: set[str] = set()  # failures that have been seen since they were last seen to be gone
+        self.look_s: dict[str, float] = {}  # fault whose sensor is hidden → when to look at it again
         self.last_s, self.told = self.now_s, dict[str, float]()
         self.suspected: dict[str, float] = {}  # fault → its probability before its cure is tried now
         self.may_adapt = self.greeting["task"] == REPAIR
@@ -95,9 +104,8 @@ class Diagnosing(ManagingSystem):
         self.belief.forget(self.now_s - self.last_s)
         self.last_s = self.now_s
         self.configuration.see(symptoms)
-        if self.hidden() and not self.is_looking and self.now_s > self.next_look_s:
-            self.look()
         self.watch.see(symptoms)
+        self.correct()
         for failure in self.failures.values():
             self.treat(failure)
         self.configuration.want(self.wanted(), symptoms)
@@ -108,115 +116,146 @@ class Diagnosing(ManagingSystem):
             self.told = told
             self.diagnose(told)
 
+    def correct(self) -> None:
+        """Set parameters back that are wrong, as far as they can be read."""
+        self.configuration.read(self.faults)
+        for fault in filter(is_of_configuration, self.faults.values()):
+            is_wrong = self.configuration.is_wrong(fault)
+            if is_wrong is not None:
+                self.belief.exclude([fault.name])
+            if is_wrong:
+                self.suspected[fault.name] = 1.0
+                if self.may_adapt and fault.healthy is not None:
+                    self.configuration.set((fault.node, fault.parameter), fault.healthy)
+                    self.wait_for(self.failures[fault.failure])
+
+    def wait_for(self, failure: Failure) -> None:
+        """Try nothing against a failure until one sees what was done about it."""
+        due_s = self.now_s + NEW_FRAMES_S
+        trial = self.trials.get(failure.name, _Trial(_Option((), (), 0.0), 0.0, due_s, {}))
+        self.trials[failure.name] = replace(trial, due_s=due_s)
+
     def treat(self, failure: Failure) -> None:
         """See what a trial has done, conclude, and try what is best next if the failure shows."""
         shows, trial = self.watch.shows(failure), self.trials.get(failure.name)
-        is_looked_at = self.is_looking and any(
-            self.faults[name].failure == failure.name for name in self.hidden()
-        )
         is_over = trial is None or self.now_s >= trial.due_s or self.watch.is_back(failure)
         if shows is None or not is_over:
             return
         if trial is not None:
             self.judge(failure, self.trials.pop(failure.name), shows=shows)
         faults = [fault for fault in self.faults.values() if fault.failure == failure.name]
-        if not shows:
-            self.conclude(failure, faults)
-        elif not is_looked_at or self.watch.badness(failure) > self.level + _RISE:
+        if shows:
             self.try_best(failure, faults)
-        if is_looked_at and failure.name not in self.trials:
-            self.hide(self.watch.badness(failure))
+        else:
+            self.conclude(failure, faults)
 
     def judge(self, failure: Failure, trial: _Trial, *, shows: bool) -> None:
         """Learn from a trial, and undo what was no help."""
-        # that nothing is needed any more must be plain to see, since the signal also changes with what is flown over
-        margin = _RISE if trial.released else 0.0
-        has_helped = not shows or self.watch.badness(failure) < trial.before - margin
+        has_helped = not shows or self.watch.badness(failure) < trial.before - _NOTABLE
         if failure.topic:
             self.watch.end_repair(full_name(failure.topic))
         for name in trial.option.faults:
             settings = self.in_place.get(name, {})
             if trial.released and not has_helped:
-                self.in_place[name] = trial.released
-                self.belief.confirm(name)
-            elif MODALITY in settings and self.belief.probability(name) > _LIKELY:
-                self.belief.confirm(name)  # not since it has helped, but for want of other suspects
-                self.look_s = _FIRST_LOOK_S
-                self.hide(trial.before)
-            elif settings and has_helped and MODALITY not in settings:
+                self.keep(name, trial.released)
+            elif self.view in settings and self.belief.probability(name) > _LIKELY:
+                self.keep(name, settings)  # not since it has helped, but for want of other suspects
+            elif settings and has_helped and self.view not in settings:
                 self.belief.confirm(name)
             elif failure.topic or settings or trial.released:
                 self.in_place.pop(name, None)
                 self.belief.exclude([name])
 
+    def keep(self, name: str, settings: dict[Setting, Value]) -> None:
+        """Keep what works around a fault, which is there."""
+        self.in_place[name] = settings
+        self.belief.confirm(name)
+        if self.view in settings:
+            self.look_s[name] = self.now_s + _LOOK_S
+            self.prevent(self.faults[name].failure)
+
+    def prevent(self, failure: str) -> None:
+        """Cure what would not show while a sensor is hidden, unless it was just excluded, where a parameter does it."""
+        for fault in self.faults.values():
+            steps = fault.cures[0] if fault.kind is FaultKind.INTERNAL and fault.failure == failure else ()
+            if len(steps) == 1 and steps[0].parameter and self.belief.is_plausible([fault.name]):
+                request(self, steps[0])
+                self.belief.exclude([fault.name])
+
     def conclude(self, failure: Failure, faults: list[Fault]) -> None:
-        """Exclude the faults of a failure that would show if they were there."""
-        sensors = _PROVEN[self.configuration.get(MODALITY) or 0]
-        proven = [fault.name for fault in faults if fault.effect is None or fault.effect.sensor in sensors]
-        for name in set(proven).intersection(self.hidden()):
-            del self.in_place[name]
-            self.belief.exclude([name])
+        """Exclude the faults of a failure that would show if they were there, and look at those that are hidden."""
+        proven = [fault.name for fault in faults if self.watch.sees(fault, is_conclusive=True)]
+        self.showing.discard(failure.name)
         if len(proven) == len(faults):
             self.belief.settle(failure.name, proven)
         else:
             self.belief.exclude(name for name in proven if name not in self.in_place)
+        for fault in faults:
+            is_hidden = self.view in self.in_place.get(fault.name, {})
+            if is_hidden and self.now_s > self.look_s.get(fault.name, self.now_s):
+                self.begin(failure, _Option((fault.name,), (), NEW_FRAMES_S))
+                return
 
     def try_best(self, failure: Failure, faults: list[Fault]) -> None:
         """Try what has the highest probability of helping for its cost."""
-        suspects = [fault for fault in faults if fault.name not in self.in_place and self.is_possible(fault)]
+        seen = [fault for fault in faults if self.watch.sees(fault) and fault.name not in self.in_place]
+        suspects = [fault for fault in seen if self.configuration.is_wrong(fault) is not False]
         names = [fault.name for fault in suspects]
+        if failure.name not in self.showing and not self.belief.is_plausible(names):
+            self.belief.settle(failure.name, names)  # it has come since they were excluded
+        self.showing.add(failure.name)
         self.belief.suspect(failure.name, names)
         self.suspected |= {name: self.belief.probability(name) for name in names}
         if not self.may_adapt:
             return
         options = list(self.releases(faults))
-        if failure.topic or self.belief.is_plausible(names):
+        if self.belief.is_plausible(names):
             options += self.cures(suspects)
-        if not options:
-            return
-        best = max(options, key=lambda option: option.probability / option.cost_s)
-        released = {} if best.cure else self.in_place.pop(best.faults[0])
-        self.do(best)
+        if options:
+            self.begin(failure, max(options, key=lambda option: option.probability / option.cost_s))
+
+    def begin(self, failure: Failure, option: _Option) -> None:
+        """Begin to try an option."""
+        released = {} if option.cure else self.in_place.pop(option.faults[0])
+        self.do(option)
         if failure.topic:
             self.watch.begin_repair(full_name(failure.topic))
-        elif best.cure and not self.lasts(best.faults):
-            self.belief.exclude(best.faults)  # of this moment, whenever one sees whether it has helped
-        due_s = self.now_s + (best.cost_s if failure.topic else NEW_FRAMES_S)
-        self.trials[failure.name] = _Trial(best, self.watch.badness(failure), due_s, released)
-
-    def is_possible(self, fault: Fault) -> bool:
-        """Return whether a fault could be there, by the sensors in use and by the nodes that it activates."""
-        activated = [step.node for step in fault.injection if step.kind is AdaptationKind.ACTIVATE]
-        foreign = [node for node in activated if not self.configuration.get((node, ""))]
-        is_set = not activated or any(self.symptoms.state(node) == "active" for node in foreign)
-        seen = SEEN[self.configuration.get(MODALITY) or 0]
-        return is_set and (fault.effect is None or fault.effect.sensor in seen)
+        elif option.cure and not self.lasts(option.faults):
+            self.belief.exclude(option.faults)  # of this moment, whenever one sees whether it has helped
+        badness = self.watch.badness(failure)
+        self.trials[failure.name] = _Trial(option, badness, self.now_s + option.wait_s, released)
 
     def cures(self, suspects: list[Fault]) -> Iterator[_Option]:
         """Yield the cures of some faults that can be done now."""
         for cure in dict.fromkeys(cure for fault in suspects for cure in fault.cures):
             if all(self.is_up(step) for step in cure):
                 names = tuple(fault.name for fault in suspects if cure in fault.cures)
-                yield _Option(names, cure, self.belief.probability_of_any(names), self.cost_s(cure, names))
+                wait_s = self.wait_s(cure)
+                cost_s = self.cost_s(cure, names, wait_s)
+                yield _Option(names, cure, wait_s, self.belief.probability_of_any(names), cost_s)
 
     def releases(self, faults: list[Fault]) -> Iterator[_Option]:
         """Yield the workarounds that could be lifted, since their faults may have healed."""
         for fault in faults:
             healed = self.belief.probability_healed(fault.name)
-            if healed > _DOUBTFUL and MODALITY not in self.in_place.get(fault.name, {MODALITY: 0}):
-                yield _Option((fault.name,), (), healed, NEW_FRAMES_S)
+            if healed > _DOUBTFUL and self.view not in self.in_place.get(fault.name, {self.view: 0}):
+                yield _Option((fault.name,), (), NEW_FRAMES_S, healed, NEW_FRAMES_S)
 
     def is_up(self, step: Adaptation) -> bool:
         """Return whether a step can be done now: only a redeploy brings back a node without a process."""
         is_there = self.symptoms.state(step.node) != "unknown" or step.kind is AdaptationKind.REDEPLOY
         return is_there and step.node not in self.configuration.booting
 
-    def cost_s(self, cure: Cure, names: tuple[str, ...]) -> float:
-        """Return how long it takes to see whether a cure helps, and to undo what was no help [s]."""
+    def wait_s(self, cure: Cure) -> float:
+        """Return how long it takes to see whether a cure helps [s]."""
         boots = [self.configuration.boot_s(step.node) for step in cure if _is_redeploy(step)]
         is_restart = all(step.kind is AdaptationKind.RESTART for step in cure)
-        cost_s = max(boots, default=0.0) + (PASSING_S if is_restart else NEW_FRAMES_S)
-        hides = any((step.node, step.parameter) == MODALITY for step in cure)
+        return max(boots, default=0.0) + (PASSING_S if is_restart else NEW_FRAMES_S)
+
+    def cost_s(self, cure: Cure, names: tuple[str, ...], wait_s: float) -> float:
+        """Return what it costs to see whether a cure helps, and to undo what was no help [s]."""
+        cost_s = wait_s + sum(map(price_s, cure))
+        hides = any((step.node, step.parameter) == self.view for step in cure)
         return (2 * cost_s if self.lasts(names) else cost_s) + (_BLIND_S if hides else 0.0)
 
     def lasts(self, names: tuple[str, ...]) -> bool:
@@ -236,47 +275,12 @@ class Diagnosing(ManagingSystem):
             else:
                 request(self, step)
 
-    # What it hides from the segmentation
-
-    def hidden(self) -> list[str]:
-        """Return the faults that it keeps from the segmentation by doing without a sensor."""
-        return [name for name, settings in self.in_place.items() if self.hides(name, settings)]
-
-    def hides(self, name: str, settings: dict[Setting, Value]) -> bool:
-        """Return whether a fault is taken to be there, and worked around without its sensor."""
-        return MODALITY in settings and self.belief.is_certain(name)
-
-    def look(self) -> None:
-        """Return to both images for a moment, after cures that cost nothing of what would not show without."""
-        self.is_looking = True
-        self.configuration.want(self.wanted(), self.symptoms)
-        failures = {self.faults[name].failure for name in self.hidden()}
-        for fault in self.faults.values():
-            (step, *others) = fault.cures[0]
-            if (
-                fault.failure in failures
-                and fault.kind is FaultKind.INTERNAL
-                and not others
-                and step.parameter
-            ):
-                request(self, step)
-                self.belief.exclude([fault.name])
-
-    def hide(self, level: float) -> None:
-        """End a look, or begin to do without a sensor, at a level of the signal."""
-        self.is_looking, self.level = False, level
-        self.next_look_s, self.look_s = self.now_s + self.look_s, 2 * self.look_s
-
     def wanted(self) -> dict[Setting, Value]:
         """Return the settings that work around what is wrong."""
         wanted: dict[Setting, Value] = {}
         for settings in self.in_place.values():
             wanted |= settings
-        if self.is_looking:
-            wanted.pop(MODALITY, None)
-        booting = self.configuration.booting
-        away = [topic for topic in WITHOUT if self.wiring.publisher[topic] in booting]
-        return wanted | dict(WITHOUT[topic] for topic in away)
+        return wanted | dict(self.without[topic] for topic in filter(self.watch.is_away, self.without))
 
 
 def _is_redeploy(step: Adaptation) -> bool:

@@ -9,6 +9,7 @@ from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
 from sunset.managing.diagnosing import Diagnosing
+from sunset.managing.inspecting import Inspecting
 from sunset.managing.none import NoAdaptation
 from sunset.managing.oracle import ORACLE, Oracle
 from sunset.managing.random_adaptation import RandomAdaptation
@@ -21,6 +22,7 @@ MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
         "baseline": Baseline,
         "reactive": Reactive,
         "diagnosing": Diagnosing,
+        "inspecting": Inspecting,
         ORACLE: Oracle,
     }
 )

@@ -9,7 +9,7 @@ from sunset.errors import ManagerError
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import FaultEnd, FaultInjection
 from sunset.managing.base import ManagingSystem
-from sunset.managing.configuration import WITHOUT, Configuration, Setting, settings_of
+from sunset.managing.configuration import Configuration, Setting, settings_of, settings_without
 from sunset.managing.known import KnownFault, KnownScenario
 from sunset.managing.requesting import request
 from sunset.managing.symptoms import Symptoms
@@ -122,7 +122,7 @@ class Oracle(ManagingSystem):
         for name, cure in cures.items():
             present = self.present[name]
             settings = (
-                settings_of(cure, self.strength(present))
+                settings_of(cure, present.fault, self.strength(present))
                 if present.fault.kind is FaultKind.EXTERNAL
                 else None
             )
@@ -182,7 +182,7 @@ class Oracle(ManagingSystem):
             if _kind(cures[name]) is not AdaptationKind.RESTART
         }
         away |= {full_name(topic) for node in self.configuration.booting for topic in self.outputs[node]}
-        return {key: value for topic, (key, value) in WITHOUT.items() if topic in away}
+        return {key: value for topic, (key, value) in settings_without().items() if topic in away}
 
 
 def _kind(cure: Cure) -> AdaptationKind | None:

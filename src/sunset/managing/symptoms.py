@@ -12,6 +12,7 @@ from sunset.system.vocabulary import (
     RESULT_TOPIC,
     SHARPNESS_SIGNAL,
     Value,
+    age_entry,
     frequency_entry,
     heartbeat_entry,
     node_names,
@@ -102,11 +103,15 @@ class Symptoms(Mapping[str, Value]):
         Raises:
             ValueError: there is no such topic.
         """
-        key = frequency_entry(topic)
-        topics = topic_names()
-        if key not in self and key not in map(frequency_entry, topics):
-            raise _unknown_error("topic", topic, topics)
-        return self._number(key)
+        return self._number(self._topic_key(topic, frequency_entry))
+
+    def age(self, topic: str) -> FloatOrNaN:
+        """Return how long ago the last message on a topic came [s]; NaN until the first came.
+
+        Raises:
+            ValueError: there is no such topic.
+        """
+        return self._number(self._topic_key(topic, age_entry))
 
     def stopped(self, topic: str) -> bool:
         """Return whether a topic that once had messages has had none for the last second.
@@ -157,6 +162,13 @@ class Symptoms(Mapping[str, Value]):
         """
         return self._number(self._node_key(node, heartbeat_entry))
 
+    def _topic_key(self, topic: str, entry: Callable[[str], str]) -> str:
+        key = entry(topic)
+        topics = topic_names()
+        if key not in self and key not in map(entry, topics):
+            raise _unknown_error("topic", topic, topics)
+        return key
+
     def _node_key(self, node: str, entry: Callable[[str], str]) -> str:
         key = entry(base_name(node))
         nodes = node_names()
@@ -177,7 +189,7 @@ def read_parameters(parameters: Iterable[Parameter]) -> dict[str, Value]:
 
 def _missing_text(key: object, values: Iterable[str]) -> str:
     """Return why the blackboard has no entry of a name."""
-    known = {*map(frequency_entry, topic_names()), *signal_names()}
+    known = {*map(frequency_entry, topic_names()), *map(age_entry, topic_names()), *signal_names()}
     if key in known:
         return f"The blackboard does not have {key!r} yet; symptoms.get({key!r}) is None until it does."
     names = sorted(known.union(values))

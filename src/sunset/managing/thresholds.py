@@ -1,9 +1,10 @@
 """Which signals are beyond their thresholds."""
 
+import math
 from typing import cast
 
 from sunset.managing.base import ManagingSystem
-from sunset.managing.symptoms import Symptoms
+from sunset.managing.symptoms import FloatOrNaN, Symptoms
 from sunset.system.vocabulary import described_signals
 
 
@@ -26,10 +27,13 @@ class Thresholds:
         value = symptoms.signal(name)
         return -value if self._signals[name].below else value
 
+    def threshold(self, name: str) -> FloatOrNaN:
+        """Return the threshold of a signal; NaN where it has none."""
+        signal = self._signals[name]
+        if signal.calibrated:
+            return cast("float", self._manager.get_parameter(signal.threshold_name).value)
+        return math.nan if signal.threshold is None else signal.threshold
+
     def is_beyond(self, name: str, symptoms: Symptoms) -> bool:
         """Return whether a signal is on the wrong side of its threshold; False where it has none."""
-        signal, value = self._signals[name], symptoms.signal(name)
-        threshold = signal.threshold
-        if signal.calibrated:
-            threshold = cast("float", self._manager.get_parameter(signal.threshold_name).value)
-        return threshold is not None and signal.is_beyond(value, threshold)
+        return self._signals[name].is_beyond(symptoms.signal(name), self.threshold(name))

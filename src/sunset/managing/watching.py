@@ -1,26 +1,42 @@
 """Which failures show, as far as that can be told while repairs are under way."""
 
+from collections import Counter, deque
 from typing import Final
 
 from sunset.managing.base import ManagingSystem
-from sunset.managing.configuration import MODALITY, WITHOUT, Configuration
-from sunset.managing.silence import Silence
+from sunset.managing.configuration import Configuration, settings_without, view_setting
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.thresholds import Thresholds
 from sunset.managing.wiring import Wiring
-from sunset.system.vocabulary import Failure, Value, described_signals, full_name
+from sunset.system.vocabulary import (
+    Failure,
+    Fault,
+    Value,
+    View,
+    described_failures,
+    described_signals,
+    described_views,
+    full_name,
+)
 
 NEW_FRAMES_S: Final = 0.75
 """After so long a signal is one of new frames only: a mean over 5 of them, reported and shown ten times a second."""
 PASSING_S: Final = 0.35
-"""After so long one sees whether a node passes on what it gets."""
+"""After so long one sees whether a node passes on what it gets: by `_SILENT` at 10 Hz, and a blackboard."""
+_SILENT: Final = 2.5
+"""A topic is silent when its last message is older than so many of its periods: two messages are missing, and half a
+period is left for jitter. Its period follows from how many messages it has had in most seconds."""
+_DOUBTFUL: Final = 1.5
+"""From so many periods on it may be: one message is missing."""
+_JUMP: Final = 1 / 6
+"""A signal jumps if it rises within `NEW_FRAMES_S` by so much of its threshold: the scene changes it by less."""
 
 
 class Watch:
     """Tells which failures show.
 
     - A topic is silent if its node gets all of its inputs and sends nothing; whatever is behind it is not asked.
-    - A signal counts when it is one of new frames only.
+    - A signal counts when all of its frames are new. While a good value proves nothing, a jump shows the failure, too.
 
     Args:
         manager: the managing system that watches; thresholds are its parameters.
@@ -33,33 +49,68 @@ class Watch:
         self._thresholds = Thresholds(manager)
         self._nodes = {signal.name: signal.node for signal in described_signals()}
         self._wiring = Wiring()
-        self._silence = Silence(self._wiring.topics)
+        self._view, self._without = view_setting(), settings_without()
+        self._views = {view.setting.value: view for view in described_views()}
         self._symptoms = Symptoms({})
-        self._repaired: set[str] = set()  # topics whose nodes are under repair
+        self._rates: dict[str, Counter[float]] = {}  # topic → how often it had so many messages in a second
+        self._stopped: set[str] = set()
+        self._repair_s: dict[str, float] = {}  # topic → when the repair of its node began
         self._asked_s: dict[str, float] = {}  # topic → from then on its node must have sent something
         self._clear_s: dict[str, float] = {}  # signal → from then on it is of new frames
-        self._modality: Value | None = None
+        self._seen: dict[str, deque[tuple[float, float]]] = {}  # signal → its last values
+        self._calm: dict[
+            str, float
+        ] = {}  # signal that has jumped → above this it is still where it jumped to
+        self._set: Value | None = None
+
+    def sees(self, fault: Fault, *, is_conclusive: bool = False) -> bool:
+        """Return whether a fault can show with the sensors in use, or, if `is_conclusive`, must show if it is there."""
+        signal = described_failures()[fault.failure].signal
+        view = self._view_of(signal) if signal else None
+        if view is None or fault.effect is None:
+            return True
+        return fault.effect.sensor in view.sensors and view.is_conclusive >= is_conclusive
+
+    def _view_of(self, signal: str) -> View | None:
+        """Return with which sensors the pipeline works, where that changes a signal; else None."""
+        node, _ = self._view
+        before = {self._wiring.publisher[topic] for topic in self._wiring.topics_until(self._nodes[signal])}
+        return self._views.get(self._configuration.get(self._view)) if node in before else None
 
     def see(self, symptoms: Symptoms) -> None:
         """Take note of a moment."""
         self._symptoms = symptoms
-        self._silence.see(symptoms)
-        if self._modality != self._configuration.get(MODALITY):
-            self._modality = self._configuration.get(MODALITY)
+        for topic in self._wiring.topics:
+            frequency = symptoms.frequency(topic)
+            if frequency > 0:
+                self._rates.setdefault(topic, Counter())[frequency] += 1
+        if self._set != self._configuration.get(self._view):
+            self._set = self._configuration.get(self._view)
             self._clear_s = dict.fromkeys(self._nodes, self._manager.now_s + NEW_FRAMES_S)
 
+    def is_away(self, topic: str) -> bool:
+        """Return whether a topic's node boots, or has stopped and does not send half as often again as it did."""
+        is_booting = self._wiring.publisher[topic] in self._configuration.booting
+        if is_booting or self._symptoms.frequency(topic) >= self._usual(topic) / 2:
+            self._stopped.discard(topic)
+        elif self._symptoms.stopped(topic):
+            self._stopped.add(topic)
+        return is_booting or topic in self._stopped
+
     def begin_repair(self, topic: str) -> None:
-        """Take note that a topic's node is repaired: only what it loses from now on counts."""
-        self._silence.forgive(topic)
-        self._repaired.add(topic)
+        """Take note that a topic's node is repaired."""
+        self._repair_s[topic] = self._manager.now_s
 
     def is_back(self, failure: Failure) -> bool:
         """Return whether messages came on a failure's topic since the repair of its node began."""
-        return bool(failure.topic) and self._silence.is_back(full_name(failure.topic))
+        if not failure.topic:
+            return False
+        last_s = self._manager.now_s - self._symptoms.age(failure.topic)
+        return last_s > self._repair_s.get(full_name(failure.topic), last_s)
 
     def end_repair(self, topic: str) -> None:
         """Take note that a topic's node is repaired no longer."""
-        self._repaired.discard(topic)
+        self._repair_s.pop(topic, None)
 
     def shows(self, failure: Failure) -> bool | None:
         """Return whether a failure shows; None where that cannot be told now."""
@@ -69,26 +120,52 @@ class Watch:
         """Return a failure's signal, negated if low is bad, so that less is better; 0 for a topic."""
         return 0.0 if failure.topic else self._thresholds.badness(failure.signal, self._symptoms)
 
+    def _is_late(self, topic: str, periods: float) -> bool:
+        return self._symptoms.age(topic) * self._usual(topic) > periods
+
+    def _usual(self, topic: str) -> float:
+        """Return how many messages a topic has in most seconds."""
+        return self._rates[topic].most_common(1)[0][0] if topic in self._rates else 0.0
+
     def _is_silent(self, topic: str) -> bool | None:
         node = self._wiring.publisher[topic]
         if node in self._configuration.booting or any(map(self._lacks, self._wiring.topics_before(node))):
             self._asked_s[topic] = self._manager.now_s + PASSING_S
-            self._silence.forgive(topic)
-        return self._silence.is_silent(topic) if self._manager.now_s > self._asked_s.get(topic, 0.0) else None
+        is_asked = self._manager.now_s > self._asked_s.get(topic, 0.0)
+        return self._is_late(topic, _SILENT) if is_asked else None
 
     def _is_beyond(self, name: str) -> bool | None:
+        now_s = self._manager.now_s
         if any(map(self._lacks, self._wiring.topics_until(self._nodes[name]))):
-            self._clear_s[name] = self._manager.now_s + NEW_FRAMES_S
-        is_clear = self._manager.now_s >= self._clear_s.get(name, 0.0)
-        return self._thresholds.is_beyond(name, self._symptoms) if is_clear else None
+            self._clear_s[name] = now_s + NEW_FRAMES_S
+        if now_s < self._clear_s.get(name, 0.0):
+            self._seen.pop(name, None)
+            self._calm.pop(name, None)
+            return None
+        return self._thresholds.is_beyond(name, self._symptoms) or self._has_jumped(name)
+
+    def _has_jumped(self, name: str) -> bool:
+        """Return whether a signal has jumped, and has not come back, while a good value proves nothing."""
+        view = self._view_of(name)
+        if view is None or view.is_conclusive:
+            return False
+        now_s, value = self._manager.now_s, self._thresholds.badness(name, self._symptoms)
+        seen = self._seen.setdefault(name, deque())
+        seen.append((now_s, value))
+        while seen[0][0] < now_s - NEW_FRAMES_S:
+            seen.popleft()
+        limit = min(old for _, old in seen) + _JUMP * abs(self._thresholds.threshold(name))
+        if value > limit:
+            self._calm.setdefault(name, limit)
+        if value <= self._calm.get(name, value):
+            self._calm.pop(name, None)
+        return name in self._calm
 
     def _lacks(self, topic: str) -> bool:
         """Return whether a topic may be silent, and the pipeline is not set to work without it."""
         node = self._wiring.publisher[topic]
         is_away = (
-            node in self._configuration.booting
-            or topic in self._repaired
-            or self._silence.may_be_silent(topic)
+            node in self._configuration.booting or topic in self._repair_s or self._is_late(topic, _DOUBTFUL)
         )
-        setting, value = WITHOUT.get(topic, (None, None))
+        setting, value = self._without.get(topic, (None, None))
         return is_away and (setting is None or self._configuration.get(setting) != value)

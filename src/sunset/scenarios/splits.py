@@ -30,7 +30,7 @@ TRAIN: Final = "train"
 VALIDATION: Final = "validation"
 TEST: Final = "test"
 WILD: Final = "wild"
-SPLITS: Final = (TRAIN, VALIDATION, TEST, WILD)
+SPLITS: Final[tuple[str, ...]] = (TRAIN, VALIDATION, TEST, WILD)
 
 RULE: Final = 1
 """Grows whenever the same split would become another one."""

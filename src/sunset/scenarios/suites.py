@@ -1,13 +1,19 @@
 """The suites of the system's description, as scenarios."""
 
+import re
 from functools import lru_cache
+from typing import Final
 
 from sunset.errors import ScenarioError
 from sunset.scenarios.fault import parse_fault
 from sunset.scenarios.reading import parse_suite
 from sunset.scenarios.schema import Scenario
+from sunset.scenarios.splits import SPLITS
 from sunset.system import System, all_suites, current_system, scenario_name
 from sunset.texts import suggestion
+
+_DRAWN: Final = re.compile(rf"({'|'.join(SPLITS)})-\d+")
+"""The name of a scenario that was drawn for a split."""
 
 
 @lru_cache(maxsize=64)
@@ -58,11 +64,15 @@ def suite(name: str) -> tuple[Scenario, ...]:
 
 
 def suite_of(scenario: Scenario) -> str:
-    """Return the name of the suite that has a scenario, by its name and with its faults; empty if none has.
+    """Return the suite that has a scenario, by its name and with its faults, or the split that it is named after.
 
     >>> suite_of(Scenario("nofault")), suite_of(Scenario("nofault", (parse_fault("gpu_failure"),)))
     ('nofault', '')
+    >>> suite_of(Scenario("test-0001"))
+    'test'
     """
+    if drawn := _DRAWN.fullmatch(scenario.name):
+        return drawn[1]
     name = scenario.name.split("/", 1)[0]
     if name not in suite_names():
         return ""

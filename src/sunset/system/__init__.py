@@ -30,6 +30,7 @@ from sunset.system.description import (
     Signal,
     Topic,
     Value,
+    View,
     redeploy,
     restart,
 )
@@ -66,6 +67,7 @@ from sunset.system.harness import (
 from sunset.system.names import (
     FAULT_ACCESS,
     NAMESPACE,
+    age_entry,
     frequency_entry,
     full_name,
     heartbeat_entry,
@@ -149,7 +151,9 @@ __all__ = [
     "System",
     "Topic",
     "Value",
+    "View",
     "Window",
+    "age_entry",
     "all_suites",
     "comparable_text",
     "current_system",

@@ -15,6 +15,7 @@ from sunset.system.description import (
     NodeDescription,
     Sensor,
     Signal,
+    View,
     redeploy,
     restart,
 )
@@ -194,6 +195,20 @@ def check_adaptation(
         check_parameter(adaptation, node.node_class)
     if adaptation.kind is AdaptationKind.CHANGE_TOPIC:
         check_topics([full_name(str(adaptation.value))], published)
+
+
+def check_views(views: Iterable[View], nodes: Mapping[str, NodeDescription]) -> None:
+    """Check that all views are values of one parameter, and of nodes that there are.
+
+    Raises:
+        ExtensionError: a view is not.
+    """
+    parameters = {f"{view.setting.node}.{view.setting.parameter}": view for view in views}
+    if len(parameters) > 1:
+        raise ExtensionError(f"All views must be values of one parameter, got {' and '.join(parameters)}.")
+    for view in views:
+        for sensor in sorted(view.sensors):
+            _known("node", sensor, nodes, f"The view {str(view.setting)!r}")
 
 
 def check_signals(signals: Iterable[Signal], nodes: Mapping[str, NodeDescription]) -> None:

@@ -203,7 +203,23 @@ def redeploy(node: str) -> Adaptation:
 
 
 Sensor: TypeAlias = Literal["camera", "depth"]
-"""Whose images."""
+"""Whose images: the node of that sensor."""
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A value of the parameter that chooses the sensors which the pipeline works with.
+
+    Attributes:
+        setting: the adaptation that sets it.
+        sensors: the nodes of these sensors.
+        is_conclusive: whether a signal on the good side of its threshold then proves that these images are good.
+    """
+
+    setting: Adaptation
+    sensors: frozenset[str]
+    is_conclusive: bool = True
+
 
 ImageFunction: TypeAlias = Callable[..., Any] | str
 """What takes an image and a strength and returns an image of the same kind, or where it is, as `module:function`."""

@@ -58,6 +58,15 @@ def frequency_entry(topic: str) -> str:
     return f"{full_name(topic).strip('/').replace('/', '_')}_freq"
 
 
+def age_entry(topic: str) -> str:
+    """Return the blackboard's entry with the age of the last message on a topic.
+
+    >>> age_entry("rgb_camera"), age_entry("/rgb_raw")
+    ('managed_subsystem_rgb_camera_age', 'rgb_raw_age')
+    """
+    return f"{frequency_entry(topic).removesuffix('_freq')}_age"
+
+
 def state_entry(node: str) -> str:
     """Return the blackboard's entry with the lifecycle state of a node, which is given by its short name.
 

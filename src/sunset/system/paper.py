@@ -14,6 +14,7 @@ from sunset.system.description import (
     NodeDescription,
     Signal,
     Topic,
+    View,
     redeploy,
     restart,
 )
@@ -119,6 +120,12 @@ MODALITIES: Final = tuple(
     Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "modality", value) for value in (0, 1, 2)
 )
 """The fusion passes on both images, the camera's alone, the depth camera's alone."""
+_VIEWS: Final = (
+    View(MODALITIES[0], frozenset({"camera", "depth"})),
+    # with the colour image alone, the entropy stays calm where that image is dark or misaligned
+    View(MODALITIES[1], frozenset({"camera"}), is_conclusive=False),
+    View(MODALITIES[2], frozenset({"depth"})),
+)
 _RECALIBRATE = Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "do_recalibration", value=True)
 _AUTOFOCUS = Adaptation(AdaptationKind.SET_PARAMETER, "camera", "perform_autofocus", value=True)
 
@@ -293,6 +300,7 @@ PAPER: Final = Extension(
         _AUTOFOCUS,
     ),
     exclusive=_EXCLUSIVE,
+    views=_VIEWS,
     suites={
         # every outage with every two of the other faults that can be there together (paper, section 4)
         "paper": tuple((outage, *pair) for outage in _OUTAGES for pair in _PAIRS),

@@ -19,6 +19,7 @@ from sunset.system.checks import (
     check_scenarios,
     check_signals,
     check_topics,
+    check_views,
 )
 from sunset.system.description import (
     Adaptation,
@@ -30,6 +31,7 @@ from sunset.system.description import (
     NodeDescription,
     Signal,
     Topic,
+    View,
     redeploy,
     restart,
 )
@@ -68,6 +70,8 @@ class Extension:
         adaptations: those that the system offers besides the restart and the redeploy of every node and the steps of
             cures.
         exclusive: pairs of faults that cannot be there at the same time: each would be the other's cure.
+        views: the values of the parameter that chooses the sensors which the pipeline works with; the first has all of
+            them.
         suites: name → its scenarios, each the faults that are injected together, as `fault` or `fault=value`; or a YAML
             text, a list of scenarios as in scenario files, whose names are without that of the suite.
         prices: kind of adaptation → what each costs in `utility`, in frames of healthy output.
@@ -81,6 +85,7 @@ class Extension:
     faults: tuple[Fault, ...] = ()
     adaptations: tuple[Adaptation, ...] = ()
     exclusive: tuple[tuple[str, str], ...] = ()
+    views: tuple[View, ...] = ()
     suites: Mapping[str, Suite] = field(default_factory=dict)
     prices: Mapping[AdaptationKind, float] = field(default_factory=dict)
 
@@ -131,6 +136,7 @@ _KINDS = MappingProxyType(
         "faults": Fault,
         "adaptations": Adaptation,
         "exclusive": tuple,
+        "views": View,
     }
 )
 
@@ -154,6 +160,7 @@ class System:
         check_topics(map(full_name, self.topics), published)
         for adaptation in self.adaptations:
             check_adaptation(adaptation, self.nodes, published)
+        check_views(self.views, self.nodes)
         check_signals(self.signals.values(), self.nodes)
         active = {topic for topic, node in self.publishers.items() if self.initial_states[node] == "active"}
         stopping = active.intersection(map(full_name, self.topics))
@@ -197,6 +204,7 @@ class System:
             *(restart(node) for node in self.nodes),
             *(redeploy(node) for node in self.nodes),
             *(adaptation for part in self.parts for adaptation in part.adaptations),
+            *(view.setting for view in self.views),
             *steps,
         ]
         return tuple(dict.fromkeys(offered))
@@ -213,6 +221,11 @@ class System:
     def exclusive(self) -> tuple[tuple[str, str], ...]:
         """Pairs of faults that cannot be there at the same time: each would be the other's cure."""
         return tuple(pair for part in self.parts for pair in part.exclusive)
+
+    @cached_property
+    def views(self) -> tuple[View, ...]:
+        """The values of the parameter that chooses the sensors which the pipeline works with."""
+        return tuple(view for part in self.parts for view in part.views)
 
     @cached_property
     def suites(self) -> Mapping[str, Suite]:

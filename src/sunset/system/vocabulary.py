@@ -17,6 +17,7 @@ from sunset.system.description import (
     Sensor,
     Signal,
     Value,
+    View,
 )
 from sunset.system.harness import (
     BLACKBOARD_TOPIC,
@@ -28,8 +29,9 @@ from sunset.system.harness import (
     REPAIR,
     RESULT_TOPIC,
 )
-from sunset.system.names import frequency_entry, full_name, heartbeat_entry, state_entry
+from sunset.system.names import age_entry, frequency_entry, full_name, heartbeat_entry, state_entry
 from sunset.system.paper import ENTROPY_SIGNAL, SHARPNESS_SIGNAL
+from sunset.system.window import PERIOD_S
 
 __all__ = [
     "BLACKBOARD_TOPIC",
@@ -51,15 +53,19 @@ __all__ = [
     "Sensor",
     "Signal",
     "Value",
+    "View",
+    "age_entry",
     "described_failures",
     "described_faults",
     "described_nodes",
     "described_signals",
+    "described_views",
     "frequency_entry",
     "full_name",
     "heartbeat_entry",
     "node_names",
     "offered_adaptations",
+    "price_s",
     "signal_names",
     "state_entry",
     "topic_names",
@@ -99,6 +105,16 @@ def described_faults() -> Mapping[str, Fault]:
 def described_failures() -> Mapping[str, Failure]:
     """Return the failures that they show as, by name."""
     return current_system().failures
+
+
+def described_views() -> tuple[View, ...]:
+    """Return the values of the parameter that chooses the sensors which the pipeline works with."""
+    return current_system().views
+
+
+def price_s(adaptation: Adaptation) -> float:
+    """Return what an adaptation costs in `utility`, in seconds of healthy output."""
+    return current_system().price(adaptation.kind) * PERIOD_S
 
 
 def offered_adaptations() -> tuple[Adaptation, ...]:

@@ -40,10 +40,16 @@ class Rate:
 
     def __init__(self) -> None:
         self._times: deque[int] = deque(maxlen=_MOST)
+        self._last_ns = 0
 
     def note(self, now_ns: int) -> None:
         """Count an event."""
         self._times.append(now_ns)
+        self._last_ns = now_ns
+
+    def age_s(self, now_ns: int) -> float:
+        """Return how long ago the last event was, to the millisecond [s]; there must have been one."""
+        return round(max(0, now_ns - self._last_ns) / _SECOND_NS, 3)  # time may have been set back
 
     def frequency(self, now_ns: int) -> float:
         """Return the events in the second that ends now."""

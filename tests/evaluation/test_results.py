@@ -143,14 +143,19 @@ def test_a_run_says_which_version_flew_it(store: Store, tmp_path: Path) -> None:
     assert found == {"old": "0.9.0", "older": ""}
 
 
-def test_several_versions_of_a_package_are_named(store: Store, tmp_path: Path) -> None:
+def test_runs_that_should_have_the_same_messages_and_have_not_are_named(store: Store, tmp_path: Path) -> None:
     versions = {"sunset": "0.9.0+0f0f0f0f", "numpy": "2.0.0"}
-    store("first", versions=versions)
-    store("second", seed=2, versions=versions | {"numpy": "2.1.0"})
-    store("another version", seed=3, versions={"sunset": "0.9.0+1e1e1e1e"})
+    about: dict[str, Any] = {"manager_checksum": "0f" * 32, "versions": versions}
+    store("first", **about)
+    store("copy", **about)
+    other = store("other", iou=0.6, **about | {"versions": versions | {"numpy": "2.1.0"}})
+    store("another version", iou=0.7, **about | {"versions": {"sunset": "0.9.0+1e1e1e1e"}})
+    store("another seed", seed=2, iou=0.8, **about)
 
     text = " ".join(render_report(tmp_path).split())
 
+    assert "runs of the same scenario, seed, managing system and version have different messages" in text
+    assert text.count(" and ".join(map(str, sorted([tmp_path / "copy", other])))) == 1
     assert "its runs were made with several versions of numpy (2.0.0, 2.1.0)." in text
     assert "[sunset 0.9.0+1e1e1e1e]" in text
 

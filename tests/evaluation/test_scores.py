@@ -216,7 +216,7 @@ def test_without_the_references_there_are_differences_but_no_score() -> None:
 def test_a_single_managing_system_has_a_row_without_a_score() -> None:
     table = only(score_tables([one for one in campaign() if one.manager == "none"]))
     assert [(row.system, row.score) for row in table.rows] == [("none", None)]
-    assert lead_notes([table]) == (NO_SCORE,)
+    assert lead_notes([table])[0] == NO_SCORE
 
 
 def test_flights_are_put_together_and_durations_are_not() -> None:

@@ -185,19 +185,36 @@ def _row_notes(row: SystemRow, *, is_shown: bool) -> Iterator[str]:
             f"{name}: figures were stored that the messages do not give, and are computed here: "
             f"{_listed(texts, 'runs')}"
         )
+    if pairs := list(_contradicting(row.all_runs)):
+        yield (
+            f"{name}: runs of the same scenario, seed, managing system and version have different messages, so that "
+            f"they were changed, or their computers or packages differ: {_listed(pairs, 'pairs')}"
+        )
     if open_runs := [run for run in row.all_runs if run.missing_walls]:
         walls = ", ".join(dict.fromkeys(wall for run in open_runs for wall in run.missing_walls))
         yield f"{name}: {counted(len(open_runs), 'run')} took place without {walls} around the managing system."
-    versions: dict[str, set[str]] = {}
-    for package, version in (item for run in row.all_runs for item in run.others.items()):
-        versions.setdefault(package, set()).add(version)
-    several = [
-        f"{package} ({', '.join(sorted(found))})"
-        for package, found in sorted(versions.items())
-        if len(found) > 1
-    ]
-    if several:
+    if several := _several(row.all_runs):
         yield f"{name}: its runs were made with several versions of {_listed(several, 'packages')}"
+
+
+def _several(runs: Iterable[RunRow]) -> list[str]:
+    """Return the packages of which runs had several versions, with these."""
+    versions: dict[str, set[str]] = {}
+    for package, version in (item for run in runs for item in run.others.items()):
+        versions.setdefault(package, set()).add(version)
+    return [
+        f"{name} ({', '.join(sorted(found))})" for name, found in sorted(versions.items()) if len(found) > 1
+    ]
+
+
+def _contradicting(runs: Iterable[RunRow]) -> Iterator[str]:
+    """Give the folders of every two simulated runs that should have the same messages and have not."""
+    first: dict[tuple[str, int], RunRow] = {}
+    for run in runs:
+        if run.middleware == "sim" and run.sources and not run.failed:
+            known = first.setdefault((run.scenario, run.seed), run)
+            if run.digest != known.digest:
+                yield f"{printable(str(known.folder))} and {printable(str(run.folder))}"
 
 
 def _told(reasons: Iterable[tuple[RunRow, str]]) -> str:

@@ -26,6 +26,15 @@ _DIFFERENCE_COLUMNS: Final = (
     Column("p", "of the difference in utility, adjusted after Holm"),
 )
 _LEAST_P: Final = 0.001
+_BESIDE: Final = (
+    "Beside the score: "
+    + "; ".join(
+        f"{column.text.rstrip(' ↑↓')}: {column.meaning}"
+        for column in _SCORE_COLUMNS
+        if "score" not in column.text
+    )
+    + "."
+)
 
 
 def lead_blocks(tables: Sequence[ScoreTable]) -> tuple[Block, ...]:
@@ -33,8 +42,9 @@ def lead_blocks(tables: Sequence[ScoreTable]) -> tuple[Block, ...]:
     blocks = []
     for table in tables:
         names = re.findall(r"[a-z0-9.]+", table.title.lower())
+        rows = sorted(table.rows, key=lambda row: row.evidence == "images")  # no ranking of unlike evidence
         parts = (
-            ("The score", "score", _SCORE_COLUMNS, map(_score_line, table.rows)),
+            ("The score", "score", _SCORE_COLUMNS, map(_score_line, rows)),
             ("Harm where there is nothing to repair", "harm", _HARM_COLUMNS, _harm_lines(table)),
             (
                 *("Differences between neighbours", "differences", _DIFFERENCE_COLUMNS),
@@ -67,7 +77,8 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
     return (
         SCORE_METHOD if scored else NO_SCORE,
         *([HARM] if any(row.harm for row in rows) else []),
-        *(_price_note(table) for table in scored if table.orders),
+        _BESIDE,
+        *(_price_note(table, evidence) for table in scored if table.orders for evidence in table.classes),
         *(
             f"{row.system}{_where(table)}: {row.unpaired} of {counted(row.runs, 'run')} without a score, since a valid "
             "run of none or oracle is missing."
@@ -80,18 +91,20 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
     )
 
 
-def _price_note(table: ScoreTable) -> str:
-    """Return the order of a table's rows, and where it is another one at multiples of the prices."""
-    order = table.orders[1.0]
+def _price_note(table: ScoreTable, evidence: str) -> str:
+    """Return the order of those that looked at the same, and where it is another one at multiples of the prices."""
+    orders = table.orders_of(evidence)
+    order = orders[1.0]
     changed: dict[tuple[str, ...], list[str]] = {}
-    for multiple, other in table.orders.items():
+    for multiple, other in orders.items():
         if other != order:
             changed.setdefault(_changed(other, order), []).append(f"{multiple:g}")
     others = [f"at {listed(found)} times the prices {' > '.join(names)}" for names, found in changed.items()]
-    same = [f"{multiple:g}" for multiple, other in table.orders.items() if multiple != 1 and other == order]
+    same = [f"{multiple:g}" for multiple, other in orders.items() if multiple != 1 and other == order]
     if same:
         others.insert(0, f"the same at {listed(same)} times the prices")
-    return f"Order{_where(table)}: {'; '.join([' > '.join(order), *others])}."
+    by = f" by {evidence}" if len(table.classes) > 1 else ""
+    return f"Order{_where(table)}{by}: {'; '.join([' > '.join(order), *others])}."
 
 
 def _where(table: ScoreTable) -> str:

@@ -126,13 +126,27 @@ class ScoreTable:
         return any(row.score or row.harm for row in self.rows)
 
     @property
+    def classes(self) -> Mapping[str, tuple[str, ...]]:
+        """What managing systems looked at → the names of those that did, and of the references, the best first."""
+        found = {row.evidence for row in self.rows if not row.is_reference} or {"symptoms"}
+        return {
+            evidence: tuple(row.system for row in self.rows if row.is_reference or row.evidence == evidence)
+            for evidence in sorted(found, reverse=True)
+        }
+
+    @property
     def neighbours(self) -> tuple[ManagerDifference, ...]:
         """The differences between rows that follow one another among those that looked at the same."""
-        pairs: set[tuple[str, str]] = set()
-        for evidence in {row.evidence for row in self.rows if not row.is_reference} or {""}:
-            names = [row.system for row in self.rows if row.is_reference or row.evidence == evidence]
-            pairs |= set(pairwise(names))
+        pairs = {pair for names in self.classes.values() for pair in pairwise(names)}
         return tuple(found for found in self.differences if (found.first, found.second) in pairs)
+
+    def orders_of(self, evidence: str) -> dict[float, tuple[str, ...]]:
+        """Return the orders of those that looked at the same, by the multiple of the prices."""
+        names = self.classes[evidence]
+        return {
+            multiple: tuple(name for name in order if name in names)
+            for multiple, order in self.orders.items()
+        }
 
     @property
     def about(self) -> dict[str, object]:
@@ -153,7 +167,10 @@ class ScoreTable:
             **self.about,
             "rows": [row.to_json() for row in self.rows],
             "differences": [difference.to_json() for difference in self.differences],
-            "order_by_price": {f"{multiple:g}": order for multiple, order in self.orders.items()},
+            "order_by_price": {
+                evidence: {f"{multiple:g}": order for multiple, order in self.orders_of(evidence).items()}
+                for evidence in self.classes
+            },
         }
 
 

@@ -55,7 +55,7 @@ class Column(NamedTuple):
 
 
 CURED: Final = Column("cured ↑", "faults that were cured, of all")
-NEEDLESS: Final = Column("needless ↓", "adaptations that are no step of a cure of a fault there")
+NEEDLESS: Final = Column("needless ↓", "adaptations of a run that are no step of a cure of a fault there")
 """The columns of several tables."""
 
 

@@ -12,8 +12,8 @@ DEVIATIONS: Final = "±: the sample standard deviation over runs."
 INTERVALS: Final = (
     "In brackets: the 95 % confidence interval of the mean, that of crossed random effects (Searle, Casella and "
     "McCulloch 1992) with degrees of freedom after Satterthwaite (1946). Runs with the same degradations, on the same "
-    "flight, and of the same seed are alike; without degradations, those with the same failures. It speaks of other "
-    f"degradations (failures) and flights where at least {LEAST_LEVELS} were run, and otherwise of these only."
+    "flight, and of the same seed are correlated; without degradations, those with the same failures. Where at least "
+    f"{LEAST_LEVELS} degradations or flights were run, the interval holds for others, too; else for these only."
 )
 """What stands beneath tables with such figures."""
 

@@ -11,10 +11,10 @@ from sunset.evaluation.scores import HARM, NO_SCORE, SCORE_METHOD, ScoreRow, Sco
 from sunset.texts import counted, listed
 
 _SCORE_COLUMNS: Final = (
-    Column("evidence", "what the managing system looked at"),
+    Column("evidence", "what the managing system looked at, and is ranked by"),
     Column("score ↑", "the share of what repairing can win: 0 as none, 1 as oracle; with its 95 % interval"),
-    Column("quality ↑", "IoU_all: mean IoU, in which a frame that never came counts 0"),
-    Column("t_down ↓", "time without segmentation"),
+    Column("quality ↑", "mean IoU of all frames (IoU_all), of which one that never came counts 0"),
+    Column("t_down ↓", "time of a run without segmentation"),
     NEEDLESS,
     CURED,
 )
@@ -87,6 +87,7 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
             if row.unpaired
         ),
         *([DIFFERENCE_METHOD] if pairs else []),
+        *filter(None, map(_sizes, scored)),
         *([NO_INTERVAL] if any(found and found.lacks_interval for found in estimates) else []),
     )
 
@@ -103,8 +104,21 @@ def _price_note(table: ScoreTable, evidence: str) -> str:
     same = [f"{multiple:g}" for multiple, other in orders.items() if multiple != 1 and other == order]
     if same:
         others.insert(0, f"the same at {listed(same)} times the prices")
-    by = f" by {evidence}" if len(table.classes) > 1 else ""
+    by = f" by {evidence} (oracle and none for reference)" if len(table.classes) > 1 else ""
     return f"Order{_where(table)}{by}: {'; '.join([' > '.join(order), *others])}."
+
+
+def _sizes(table: ScoreTable) -> str:
+    """Say how many of what may vary a table's intervals are of; nothing if it has none."""
+    sizes = max(
+        (row.score.spread.sizes for row in table.rows if row.score and row.score.spread), default=None
+    )
+    if sizes is None:
+        return ""
+    alike, flights, seeds = (
+        counted(*of) for of in zip(sizes, ("degradation", "flight", "seed"), strict=True)
+    )
+    return f"Intervals{_where(table)} are of {alike}, {flights} and {seeds}."
 
 
 def _where(table: ScoreTable) -> str:

@@ -27,8 +27,8 @@ FIRST_FIGURES: Final = ("iou_all", "t_down_s", "needless")
 
 SCORE_METHOD: Final = (
     "Score: mean(utility - none's) / mean(oracle's - none's) over the same scenarios, flights and seeds: 0 is never "
-    "repairing, 1 is knowing the faults. Utility: quality less the prices of the adaptations, in frames. A run that is "
-    "invalid or missing counts as none's, or as it was if worse."
+    "repairing, 1 is knowing the faults. Utility: quality, less what each adaptation costs by its kind in "
+    "frames of healthy output. A run that is invalid or missing counts as none's, or as it was if worse."
 )
 HARM: Final = f"Harm: mean(none's - utility) over the runs in which repairing wins less than {LEAST_GAIN}."
 """How scores and harm come about, in words."""

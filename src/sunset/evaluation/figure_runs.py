@@ -76,7 +76,7 @@ def outcomes_of(setup: Setup) -> dict[tuple[Fault, str], list[FaultOutcome]]:
     """Return what became of the faults: (fault, managing system) → outcomes."""
     found: dict[tuple[Fault, str], list[FaultOutcome]] = {}
     for name, runs in setup.systems.items():
-        for outcome in (outcome for run in runs for outcome in run.outcomes or ()):
+        for outcome in (outcome for run in runs for outcome in run.outcomes):
             found.setdefault(((outcome.failure, outcome.fault), name), []).append(outcome)
     return found
 

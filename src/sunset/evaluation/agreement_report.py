@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from typing import Final
 
 from sunset.errors import InvalidInputError
@@ -134,10 +135,7 @@ def _as_json(agreements: Sequence[Agreement]) -> str:
                 "pairs": len(agreement.pairs),
                 "figures": {compared.figure: _json(compared) for compared in agreement.differences},
                 "scenarios": [_json_pair(pair) for pair in agreement.pairs],
-                "left_out": [
-                    {"scenario": left.scenario, "seed": left.seed, "reason": left.reason}
-                    for left in agreement.left_out
-                ],
+                "left_out": [asdict(left) for left in agreement.left_out],
             }
             for agreement in agreements
         ],

@@ -1,9 +1,9 @@
 """The runs of a report as its figures show them, by suite and managing system."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple, TypeVar
+from typing import Final, NamedTuple
 
 from sunset.evaluation.estimates import Estimate
 from sunset.evaluation.results import RunRow
@@ -19,7 +19,6 @@ _FIRST_SUITES: Final = ("timed", "", "test", "wild", "paper")
 
 Fault = tuple[str, str]
 """The failure that a fault shows as, and its name."""
-_Key = TypeVar("_Key")
 
 
 class Suite(NamedTuple):
@@ -76,7 +75,7 @@ def outcomes_of(setup: Setup) -> dict[tuple[Fault, str], list[FaultOutcome]]:
     """Return what became of the faults: (fault, managing system) → outcomes."""
     found: dict[tuple[Fault, str], list[FaultOutcome]] = {}
     for name, runs in setup.systems.items():
-        for outcome in (outcome for run in runs for outcome in run.outcomes or ()):
+        for outcome in (outcome for run in runs for outcome in run.outcomes):
             found.setdefault(((outcome.failure, outcome.fault), name), []).append(outcome)
     return found
 
@@ -98,11 +97,12 @@ def setup_of(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> Setup:
     suites = [
         Suite(
             suite,
-            (suite or "own scenarios") + part_label(group) + (f" [{duration}]" if duration != usual else ""),
+            (suite or "own scenarios")
+            + part_label([run for run in members if _place(run) == (suite, duration)])
+            + (f" [{duration}]" if duration != usual else ""),
             places.get((suite, duration)),
         )
-        for (suite, duration), group in sorted(_grouped(members, _place).items(), key=_order)
-        if (suite, duration) in shown
+        for suite, duration in sorted(shown, key=_order)
     ]
     valid = [run for run in members if run.valid and _place(run) in shown]
     scored = _by_system(members, names)
@@ -147,18 +147,11 @@ def _place(run: RunRow) -> tuple[str, str]:
     return run.suite, _duration(run)
 
 
-def _order(item: tuple[tuple[str, str], object]) -> tuple[int, tuple[str, str]]:
-    suite = item[0][0]
-    return (_FIRST_SUITES.index(suite) if suite in _FIRST_SUITES else len(_FIRST_SUITES), item[0])
-
-
-def _grouped(runs: Sequence[RunRow], key: Callable[[RunRow], _Key]) -> dict[_Key, list[RunRow]]:
-    groups: dict[_Key, list[RunRow]] = {}
-    for run in runs:
-        groups.setdefault(key(run), []).append(run)
-    return groups
+def _order(place: tuple[str, str]) -> tuple[int, tuple[str, str]]:
+    suite, _ = place
+    return (_FIRST_SUITES.index(suite) if suite in _FIRST_SUITES else len(_FIRST_SUITES), place)
 
 
 def _by_system(runs: Sequence[RunRow], names: Mapping[str, str]) -> Systems:
-    groups = _grouped(runs, lambda run: names[run.manager])
-    return {name: groups[name] for name in in_order(groups)}
+    found = in_order(names[run.manager] for run in runs)
+    return {name: [run for run in runs if names[run.manager] == name] for name in found}

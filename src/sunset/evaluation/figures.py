@@ -68,11 +68,7 @@ def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapp
         styles = {name: _STYLES[place % len(_STYLES)] for place, name in enumerate(series)}
         _panel(panels[0], series, styles, "entropy")
         panels[0].axhline(
-            threshold,
-            color=GREY,
-            linewidth=0.9,
-            linestyle=(0, (1, 1)),
-            label=f"threshold {threshold:.3g}",
+            threshold, color=GREY, linewidth=0.9, linestyle=(0, (1, 1)), label=f"threshold {threshold:.3g}"
         )
         if iou:
             _panel(panels[1], iou, styles, "IoU")

@@ -60,10 +60,7 @@ def _fill(axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptatio
             if end - begin > _GAP_PERIODS * timeline.period_s and end > 0:
                 axes.plot([begin, end], [-row, -row], color=ORANGE, linewidth=4, solid_capstyle="butt")
                 axes.annotate(
-                    f"{end - begin:.1f} s",
-                    ((begin + end) / 2, -row + 0.14),
-                    ha="center",
-                    color=ORANGE,
+                    f"{end - begin:.1f} s", ((begin + end) / 2, -row + 0.14), ha="center", color=ORANGE
                 )
     injected = sorted({injection.time for injection in timeline.injections})
     for time in injected:

@@ -136,7 +136,9 @@ def compare_managers(runs: Sequence[RunRow], first: str, second: str) -> PairedC
             )
     if first == second:
         raise InvalidInputError(f"Two managing systems are compared, got {first!r} twice.")
-    ours, theirs = (_by_experiment(runs, name) for name in (first, second))
+    ours, theirs = (
+        {run.experiment: run for run in runs if run.manager == name and run.valid} for name in (first, second)
+    )
     pairs = [(ours[key], theirs[key]) for key in ours if key in theirs]
     if not pairs:
         raise InvalidInputError(
@@ -153,8 +155,3 @@ def compare_managers(runs: Sequence[RunRow], first: str, second: str) -> PairedC
             for name in FIGURES
         ),
     )
-
-
-def _by_experiment(runs: Sequence[RunRow], manager: str) -> dict[tuple[object, ...], RunRow]:
-    """Return the runs of a managing system that count, by what makes two of them a pair."""
-    return {run.experiment: run for run in runs if run.manager == manager and run.valid}

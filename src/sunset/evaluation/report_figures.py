@@ -18,13 +18,7 @@ from sunset.evaluation.figure_frame import (
     report_drawing,
     short_name,
 )
-from sunset.evaluation.figure_runs import (
-    Fault,
-    Setup,
-    outcomes_of,
-    scores_of,
-    setup_of,
-)
+from sunset.evaluation.figure_runs import Fault, Setup, outcomes_of, scores_of, setup_of
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import ScoreTable
 from sunset.evaluation.system_styles import PAPER, Style

@@ -6,7 +6,6 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Final
 
 from msgspec import UNSET, to_builtins
@@ -17,7 +16,6 @@ from sunset.metrics import Evidence, FaultOutcome, RunMetrics, score
 from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
-    RunRecord,
     differences,
     read_run,
     read_timeline,
@@ -144,23 +142,17 @@ class RunRow:
         return Cluster(self.alike or self.scenario, self.flight, self.seed)
 
     @property
+    def conditions(self) -> tuple[str, Flight, str, float, str, str]:
+        """What the runs of a row have in common: model, flight, task, thinking time, middleware and version."""
+        return (self.model, self.flight, self.task, self.thinking_s, self.middleware, self.version)
+
+    @property
     def experiment(self) -> tuple[object, ...]:
         """What makes runs of two managing systems a pair.
 
         The same scenario, model, flight, middleware, task, thinking time and version; and the seed, which is the last.
         """
-        return (
-            self.suite,
-            self.scenario,
-            self.model,
-            self.setting,
-            self.flight,
-            self.middleware,
-            self.task,
-            self.thinking_s,
-            self.version,
-            self.seed,
-        )
+        return (self.suite, self.scenario, self.setting, *self.conditions, self.seed)
 
 
 def load_results(folder: Path, *, again: bool = False, progress: Progress | None = None) -> list[RunRow]:
@@ -256,7 +248,7 @@ def _tell_apart(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow
 def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
-    metrics, outcomes, differing = _figures(run, folder, again=again and not run.is_empty)
+    computed = score(read_timeline(folder)) if again and not run.is_empty else None
     extensions = {"extensions": run.extensions} if run.extensions else {}
     return RunRow(
         folder=folder,
@@ -269,11 +261,11 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         digest=run.digest,
         valid=run.valid,
         reason=run.reason,
-        metrics=metrics,
-        outcomes=outcomes,
+        metrics=computed.to_json() if computed else stored_figures(run, folder / RUN_FILE),
+        outcomes=computed.outcomes if computed else run.fault_outcomes,
         frames=run.expected_frames,
         evidence=run.evidence,
-        differing=differing,
+        differing=differences(run, computed) if computed else (),
         version=run.versions.get("sunset", ""),
         others={name: value for name, value in run.versions.items() if name != "sunset"}
         | (run.manager_versions or {}),
@@ -290,17 +282,6 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         warning=run.flight_warning or "",
         is_empty=run.is_empty,
     )
-
-
-def _figures(
-    run: RunRecord, folder: Path, *, again: bool
-) -> tuple[Mapping[str, float | None], tuple[FaultOutcome, ...], tuple[str, ...]]:
-    """Return a run's figures, what became of its faults, and what of it differs."""
-    if not again:
-        figures = stored_figures(run, folder / RUN_FILE)
-        return figures, run.fault_outcomes, ()
-    computed = score(read_timeline(folder))
-    return MappingProxyType(computed.to_json()), computed.outcomes, differences(run, computed)
 
 
 def _checksum(values: Mapping[str, object]) -> str:

@@ -128,12 +128,8 @@ def named_groups(
     runs = list(rows)
     groups: dict[tuple[object, ...], list[RunRow]] = {}
     for run in sorted(runs, key=_order):
-        flight = run.flight if by_flight else replace(run.flight, bag="", name="")
-        key = (
-            *(run.suite, run.manager, run.model, flight, run.task, run.thinking_s),
-            *(run.middleware, run.version),
-        )
-        groups.setdefault(key, []).append(run)
+        like = run if by_flight else replace(run, flight=replace(run.flight, bag="", name=""))
+        groups.setdefault((run.suite, run.manager, *like.conditions), []).append(run)
     names = manager_names({run.manager for run in runs})
     return [
         (
@@ -190,12 +186,7 @@ def _order(run: RunRow) -> tuple[object, ...]:
         run.suite,
         _place(run.manager, tuple(SHIPPED)),
         run.manager,
-        run.model,
-        run.flight,
-        run.task,
-        run.thinking_s,
-        run.middleware,
-        run.version,
+        *run.conditions,
         run.scenario,
         run.seed,
     )

@@ -102,6 +102,9 @@ class Configuration:
 
     Args:
         manager: who wants it.
+
+    Attributes:
+        boot_s: node → how long it is away for a redeploy [s].
     """
 
     def __init__(self, manager: ManagingSystem) -> None:
@@ -112,16 +115,12 @@ class Configuration:
         self._read: dict[Setting, Value | None] = {}
         self._readers: dict[str, AnyClient] = {}
         self._redeployed_s: dict[str, float] = {}
-        self._boot_s = Wiring().boot_s
+        self.boot_s = Wiring().boot_s
 
     @property
     def booting(self) -> frozenset[str]:
         """The nodes that were redeployed and are not active yet."""
         return frozenset(self._redeployed_s)
-
-    def boot_s(self, node: str) -> float:
-        """Return how long a node is away for a redeploy [s]."""
-        return self._boot_s[node]
 
     def get(self, setting: Setting) -> Value | None:
         """Return the value that a setting was given, or that of a healthy system; None if it is not known."""
@@ -140,7 +139,7 @@ class Configuration:
         back = [
             node
             for node, since_s in self._redeployed_s.items()
-            if self._manager.now_s - since_s > self._boot_s[node] and symptoms.state(node) == "active"
+            if self._manager.now_s - since_s > self.boot_s[node] and symptoms.state(node) == "active"
         ]
         for node in back:
             del self._redeployed_s[node]

@@ -17,7 +17,6 @@ from sunset.managing.configuration import (
 from sunset.managing.requesting import request
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.watching import NEW_FRAMES_S, PASSING_S, Watch
-from sunset.managing.wiring import Wiring
 from sunset.system.vocabulary import (
     REPAIR,
     Adaptation,
@@ -85,7 +84,7 @@ class Diagnosing(ManagingSystem):
 
     def on_start(self) -> None:
         """Believe in nothing yet."""
-        self.faults, self.failures, self.wiring = described_faults(), described_failures(), Wiring()
+        self.faults, self.failures = described_faults(), described_failures()
         self.view, self.without = view_setting(), settings_without()
         self.belief = Belief(self.faults)
         self.configuration = Configuration(self)
@@ -248,7 +247,7 @@ class Diagnosing(ManagingSystem):
 
     def wait_s(self, cure: Cure) -> float:
         """Return how long it takes to see whether a cure helps [s]."""
-        boots = [self.configuration.boot_s(step.node) for step in cure if _is_redeploy(step)]
+        boots = [self.configuration.boot_s[step.node] for step in cure if _is_redeploy(step)]
         is_restart = all(step.kind is AdaptationKind.RESTART for step in cure)
         return max(boots, default=0.0) + (PASSING_S if is_restart else NEW_FRAMES_S)
 

@@ -151,7 +151,7 @@ class Oracle(ManagingSystem):
         """Return for how long a cure stops the output [s]."""
         costs = {AdaptationKind.RESTART: _RESTART_S}
         return sum(
-            self.configuration.boot_s(step.node)
+            self.configuration.boot_s[step.node]
             if step.kind is AdaptationKind.REDEPLOY
             else costs.get(step.kind, 0.0)
             for step in cure

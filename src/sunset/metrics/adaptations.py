@@ -11,15 +11,8 @@ from sunset.system import INFRASTRUCTURE, current_system, short_name
 
 _RESTART_S = 1.0  # at most from deactivate to activate
 _KINDS = MappingProxyType(
-    {
-        "activate": "activate",
-        "deactivate": "deactivate",
-        "configure": "configure",
-        "cleanup": "cleanup",
-        "shutdown": "redeploy",
-        "redeploy": "redeploy",
-        "set_parameters": "set_parameter",
-    }
+    {kind: kind for kind in ("activate", "deactivate", "configure", "cleanup", "redeploy")}
+    | {"shutdown": "redeploy", "set_parameters": "set_parameter"}
 )
 _BETWEEN = ("cleanup", "configure")  # lifecycle steps that may lie within a restart
 _FRACTION = re.compile(r"-?\d+\.\d+(e[+-]\d+)?")

@@ -108,19 +108,14 @@ def silences(times: npt.NDArray[np.float64], *, duration_s: float) -> list[Spell
     moments = times[times <= duration_s].tolist()
     if not moments or moments[0] > 0:
         moments.insert(0, 0.0)
-    spells = silent_spells(moments)
-    if moments[-1] + SILENCE_S < duration_s - TOLERANCE_S:
-        spells.append(Spell(moments[-1], moments[-1] + SILENCE_S, None))
-    return _within(spells)
-
-
-def silent_spells(moments: Sequence[float]) -> list[Spell]:
-    """Return the spells between moments, ascending, at which a topic's messages left, in which none had for 1 s."""
-    return [
+    spells = [
         Spell(last, last + SILENCE_S, following)
         for last, following in itertools.pairwise(moments)
         if following - last > SILENCE_S + TOLERANCE_S
     ]
+    if moments[-1] + SILENCE_S < duration_s - TOLERANCE_S:
+        spells.append(Spell(moments[-1], moments[-1] + SILENCE_S, None))
+    return _within(spells)
 
 
 def excesses(samples: Samples, signal: Signal, threshold: float, *, duration_s: float) -> list[Spell]:
@@ -132,17 +127,12 @@ def excesses(samples: Samples, signal: Signal, threshold: float, *, duration_s: 
         threshold: a mean equal to it is not beyond it.
         duration_s: the end of the experiment; what came later is not looked at.
     """
-    early = samples.times <= duration_s
-    return _within(spells_beyond(Samples(samples.times[early], samples.values[early]), signal, threshold))
-
-
-def spells_beyond(samples: Samples, signal: Signal, threshold: float) -> list[Spell]:
-    """Return the spells that `excesses` returns, with what is before 0 and with the samples of all times."""
     spells: list[Spell] = []
     holding: tuple[float, float] | None = None
     turned: float | None = None
     moving = MovingMean(WINDOW.gap_s + TOLERANCE_S)
-    for time, value in zip(samples.times.tolist(), samples.values.tolist(), strict=True):
+    early = samples.times <= duration_s
+    for time, value in zip(samples.times[early].tolist(), samples.values[early].tolist(), strict=True):
         mean = moving.add(time, value)
         if signal.is_beyond(value, threshold):
             turned = None
@@ -158,7 +148,7 @@ def spells_beyond(samples: Samples, signal: Signal, threshold: float) -> list[Sp
             holding = None
     if holding is not None:
         spells.append(Spell(*holding, None))
-    return spells
+    return _within(spells)
 
 
 def _within(spells: Sequence[Spell]) -> list[Spell]:

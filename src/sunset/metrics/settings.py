@@ -52,17 +52,6 @@ class Settings:
         place = bisect_right(self._times.get(key, []), time)
         return self._values[key][place - 1] if place else self._first.get(key)
 
-    def first(self, key: Key) -> str | None:
-        """Return what is set when all is well; None if that is not known."""
-        return self._first.get(key)
-
-    def until(self, key: Key, value: str, time: float, end: float) -> float:
-        """Return up to when a value stays that is set at a time or just after it; `end` at the latest [s]."""
-        times, values = self._times.get(key, []), self._values.get(key, [])
-        place = bisect_right(times, time)
-        place += values[place : place + 1] == [value]
-        return min(times[place], end) if place < len(times) else end
-
     def in_place(self, name: str, start: float, end: float) -> list[Stretch]:
         """Return when a cure was in place within `[start, end)`, in order; never, if the fault is not in the world."""
         fault = find_fault(name)  # that of a record may be of another version

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from sunset.classes import CLASS_OF_CARLA_ID, PALETTE
 from sunset.errors import RecordError
-from sunset.image_digests import image_digest
+from sunset.image_digests import digest_of, image_digest
 from sunset.interfaces import Message, serialize, type_name
 from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
@@ -147,6 +147,25 @@ class ImageWriter:
     def abort(self) -> None:
         """Let go of the bag, which is not complete."""
         self._bag.abort()
+
+
+def without_pixels(message: Message) -> Message:
+    """Return `message` as a record has it: with digests in place of images."""
+    if isinstance(message, Image):
+        return _digest_message(message, image_digest(message.data))
+    if isinstance(message, SensorFusion):
+        parts = image_digest(message.depth.data), image_digest(message.rgb.data)
+        modality = bytes([message.modality.fusion_type])
+        fused = _digest_message(message.rgb, digest_of(b"".join([*parts, modality])))
+        fused.header = message.header
+        return fused
+    return message
+
+
+def _digest_message(image: Image, digest: bytes) -> ImageDigest:
+    return ImageDigest(
+        header=image.header, height=image.height, width=image.width, encoding=image.encoding, digest=digest
+    )
 
 
 def image_digests(messages: Iterable[RecordedMessage]) -> set[tuple[str, int, bytes]]:

@@ -2,10 +2,10 @@
 
 import os
 import shutil
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Self
+from typing import Final, Self
 
 import msgspec
 
@@ -13,14 +13,10 @@ from sunset.errors import OutputError, RecordError
 from sunset.interfaces import Message, serialize, type_name
 from sunset.output_files import flush, unwritable
 from sunset.recording._bag import write_bag
-from sunset.recording._images import without_pixels
-from sunset.recording.images import ImageWriter
+from sunset.recording.images import ImageWriter, without_pixels
 from sunset.recording.schema import RUN_FILE, RunRecord
 from sunset.recording.values import Payload, RecordedMessage, digest_of
 from sunset.schemas import document_text
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _SUFFIX: Final = ".partial"
 _HANDED_OVER: Final = "messages"
@@ -206,7 +202,7 @@ def _take_folder(folder: Path, record: Path) -> int:
 
 
 @contextmanager
-def _translated(folder: Path) -> "Iterator[None]":
+def _translated(folder: Path) -> Iterator[None]:
     """Turn the operating system's errors into ours."""
     try:
         yield

@@ -34,6 +34,7 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
+from sunset.system.extension import Extension
 from sunset.system.harness import (
     BAG_PLAYER,
     BLACKBOARD_TOPIC,
@@ -86,7 +87,7 @@ from sunset.system.paper import (
     USE_CAMERA,
 )
 from sunset.system.suites import Suite, names_in_suite
-from sunset.system.system import Extension, System
+from sunset.system.system import System
 from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate, Window
 
 __all__ = [

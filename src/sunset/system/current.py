@@ -15,11 +15,13 @@ from sunset.errors import ExtensionError
 from sunset.input_files import file_digest
 from sunset.interruption import noted_interrupts
 from sunset.source_files import compiled_checksum, import_file, import_place, is_edited
-from sunset.system.checks import check_added_signals, check_fault_parameter, check_parameter, check_subclass
+from sunset.system.checks import check_added_signals
+from sunset.system.class_checks import check_fault_parameter, check_parameter, check_subclass
 from sunset.system.description import Fault
+from sunset.system.extension import Extension
 from sunset.system.paper import PAPER
 from sunset.system.suites import Suite, names_in_suite
-from sunset.system.system import Extension, System
+from sunset.system.system import System
 from sunset.texts import described_error, suggestion
 
 _GROUP: Final = "sunset.extensions"

@@ -18,8 +18,8 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
+from sunset.system.extension import Extension
 from sunset.system.suites import suite_text
-from sunset.system.system import Extension
 
 IMAGE_DEGRADATION_RANGE: Final = (0.0, 1.9)
 """Least and greatest strength of the images' degradation; at 2 nothing would be left of the image."""

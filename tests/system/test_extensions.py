@@ -122,9 +122,19 @@ def of_fault(options: str) -> str:
         ),
         (
             HEAD
-            + "EXTENSION = Extension(views=(View(Adaptation('set_parameter', 'sensor_fusion', 'modality', 1), "
+            + "EXTENSION = Extension(views=(View(Adaptation('set_parameter', 'sensor_fusion', 'modality', 3), "
             "frozenset({'lidar'})),))",
-            "The view 'set sensor_fusion.modality to 1' refers to the node 'lidar', which is not there",
+            "The view 'set sensor_fusion.modality to 3' refers to the node 'lidar', which is not there",
+        ),
+        (
+            HEAD
+            + "EXTENSION = Extension(views=(View(Adaptation('set_parameter', 'sensor_fusion', 'modality', 1), "
+            "frozenset({'camera'})),))",
+            "Each view must have a value of its own, got 0, 1, 2, 1.",
+        ),
+        (
+            HEAD + "EXTENSION = Extension(views=(View(None, frozenset({'camera'})),))",
+            "The View 'None' is not usable: ",
         ),
         (
             HEAD + "EXTENSION = Extension(signals=(Signal('camera', 'echo'),),"

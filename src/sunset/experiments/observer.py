@@ -161,7 +161,7 @@ class Observer(Tap):
             self.note(f"{node} subscribes to {name}, on which the managed system does not publish")
         if node in self._system.all_nodes:
             return
-        if subscribes and name in self._system.publishers:
+        if subscribes and name in {*self._system.publishers, *HARNESS["image_views"].outputs}:
             self.evidence = "images"
         is_shown = node == _ORACLE_NODE and name in self._shown
         if subscribes and name in OFF_LIMITS_TOPICS and not is_shown:

@@ -8,12 +8,12 @@ from sunset.errors import ScenarioError
 from sunset.scenarios.fault import parse_fault
 from sunset.scenarios.reading import parse_suite
 from sunset.scenarios.schema import Scenario
-from sunset.scenarios.splits import SPLITS
+from sunset.scenarios.splits import SPLITS, WILD
 from sunset.system import System, all_suites, current_system, scenario_name
 from sunset.texts import suggestion
 
-_DRAWN: Final = re.compile(rf"({'|'.join(SPLITS)})-\d+")
-"""The name of a scenario that was drawn for a split."""
+_DRAWN: Final = re.compile(rf"({'|'.join(split for split in SPLITS if split != WILD)})-\d+")
+"""The name of a scenario that was drawn for a split whose name is not that of a suite."""
 
 
 @lru_cache(maxsize=64)

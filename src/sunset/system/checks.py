@@ -114,7 +114,7 @@ def check_adaptation(
 
 
 def check_views(views: Iterable[View], nodes: Mapping[str, NodeDescription]) -> None:
-    """Check that all views are values of one parameter, and of nodes that there are.
+    """Check that views are different values of one parameter, and of nodes that there are.
 
     Raises:
         ExtensionError: a view is not.
@@ -122,6 +122,9 @@ def check_views(views: Iterable[View], nodes: Mapping[str, NodeDescription]) -> 
     parameters = {f"{view.setting.node}.{view.setting.parameter}": view for view in views}
     if len(parameters) > 1:
         raise ExtensionError(f"All views must be values of one parameter, got {' and '.join(parameters)}.")
+    values = [view.setting.value for view in views]
+    if None in values or len({*values}) < len(values):
+        raise ExtensionError(f"Each view must have a value of its own, got {', '.join(map(str, values))}.")
     for view in views:
         for sensor in sorted(view.sensors):
             _known("node", sensor, nodes, f"The view {str(view.setting)!r}")

@@ -220,6 +220,10 @@ class View:
     sensors: frozenset[str]
     is_conclusive: bool = True
 
+    def __post_init__(self) -> None:
+        """Check the types."""
+        _check(self, str(self.setting))
+
 
 ImageFunction: TypeAlias = Callable[..., Any] | str
 """What takes an image and a strength and returns an image of the same kind, or where it is, as `module:function`."""

@@ -167,7 +167,7 @@ def forecast(spec: BenchSpec, like: Path | None = None, *, jobs: int | None = No
         RecordError: there is no such folder, no run in it, or one that is damaged.
         InvalidInputError: the campaign is not usable.
     """
-    found, source = dict(VARIANCES), "baseline, reactive and oracle on the panel"
+    found, source = dict(VARIANCES), "baseline, reactive and oracle on the test split"
     if like is not None:
         if measured := _measured(like):
             found, source = measured, f"in {like}"

@@ -13,7 +13,7 @@ from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.summary import estimate_figure, named_groups, setting_label
 from sunset.metrics import utility_of
-from sunset.recording import SCORE_REFERENCES
+from sunset.recording import SCORE_REFERENCES, TABLE_REFERENCES
 from sunset.system import REPAIR
 
 Systems: TypeAlias = Mapping[str, Sequence[RunRow]]
@@ -198,7 +198,14 @@ def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
     for name, group in named_groups(repairing, by_flight=False, name_suite=False):
         title = group[0].suite + setting_label(group[0], repairing, by_flight=False)
         tables.setdefault(title.strip(), {})[name] = group
-    return [_table(title, systems) for title, systems in tables.items()]
+    return [
+        _table(title, systems)
+        for title, systems in tables.items()
+        # a table of none alone that the paper's table refers to would say nothing
+        if not all(
+            (run.suite, run.manager) in TABLE_REFERENCES for group in systems.values() for run in group
+        )
+    ]
 
 
 class _Measured(NamedTuple):

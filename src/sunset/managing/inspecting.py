@@ -22,6 +22,8 @@ from sunset.system.vocabulary import (
     described_failures,
     described_faults,
     full_name,
+    redeploy,
+    restart,
 )
 
 _SLOWEST_S: Final = 0.05  # no node takes longer for a frame
@@ -181,7 +183,7 @@ class Inspecting(ManagingSystem):
         """
         tried = self.tried.setdefault(sign, [])
         listed = [cure for fault in self.suspects(sign) for cure in fault.cures]
-        unlisted = [(Adaptation(kind, node),) for kind in (AdaptationKind.RESTART, AdaptationKind.REDEPLOY)]
+        unlisted = [(restart(node),), (redeploy(node),)]
         left = [cure for cure in [*listed, *unlisted] if cure not in tried]
         if not left and sign == node:
             tried.clear()

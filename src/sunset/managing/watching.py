@@ -58,9 +58,7 @@ class Watch:
         self._asked_s: dict[str, float] = {}  # topic → from then on its node must have sent something
         self._clear_s: dict[str, float] = {}  # signal → from then on it is of new frames
         self._seen: dict[str, deque[tuple[float, float]]] = {}  # signal → its last values
-        self._calm: dict[
-            str, float
-        ] = {}  # signal that has jumped → above this it is still where it jumped to
+        self._calm: dict[str, float] = {}  # signal that has jumped → above this it has not come back
         self._set: Value | None = None
 
     def sees(self, fault: Fault, *, is_conclusive: bool = False) -> bool:

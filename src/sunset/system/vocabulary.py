@@ -18,6 +18,8 @@ from sunset.system.description import (
     Signal,
     Value,
     View,
+    redeploy,
+    restart,
 )
 from sunset.system.harness import (
     BLACKBOARD_TOPIC,
@@ -66,6 +68,8 @@ __all__ = [
     "node_names",
     "offered_adaptations",
     "price_s",
+    "redeploy",
+    "restart",
     "signal_names",
     "state_entry",
     "topic_names",

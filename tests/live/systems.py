@@ -161,11 +161,11 @@ from sunset.errors import SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.scenarios import load_scenario
 
-scenario, manager, seconds, out = sys.argv[1:]
+scenario, manager, seconds, out, speed = sys.argv[1:]
 timing = Timing(duration_s=float(seconds), warm_up_s=1.0)
 spec = RunSpec(
     scenario=load_scenario(scenario), manager=manager,
-    settings=Settings(middleware="cyclonedds", timing=timing, cache=False, loop=True),
+    settings=Settings(middleware="cyclonedds", timing=timing, cache=False, loop=True, speed=float(speed)),
 )
 try:
     result = run(spec, Path(out))
@@ -192,10 +192,16 @@ bench(spec, Path(out))
 
 @contextmanager
 def flying(
-    scenario: str, manager: str, seconds: float, out: Path, domain_id: int | None = None
+    scenario: str,
+    manager: str,
+    seconds: float,
+    out: Path,
+    domain_id: int | None = None,
+    *,
+    speed: float = 1.0,
 ) -> Iterator[subprocess.Popen[str]]:
     """Fly a short live run in a process; whatever happens, nothing is left running."""
-    with _running([_SHORT, scenario, manager, str(seconds), str(out)], domain_id) as process:
+    with _running([_SHORT, scenario, manager, str(seconds), str(out), str(speed)], domain_id) as process:
         yield process
 
 

@@ -88,7 +88,7 @@ class Flight(NamedTuple):
 
 def fly(scenario: str, manager: str, out: Path) -> Flight:
     """Fly a short live run, and see in which domain its monitor is."""
-    with flying(scenario, manager, 4.0, out) as process:
+    with flying(scenario, manager, 4.0, out, speed=0.5) as process:  # two systems at once
         monitor = children(process.pid)["monitor"]
         ports: set[int] = set()
 

@@ -116,6 +116,7 @@ def _differences(setup: Setup) -> ReportFigure:
 def _fates(setup: Setup) -> ReportFigure:
     outcomes = outcomes_of(setup)
     names, faults = list(setup.systems), sorted({fault for fault, _ in outcomes})
+    names = [name for name in names if name != SCORE_REFERENCES[0]] or names  # none misses all of them
     counts = {key: Counter(outcome.fate for outcome in found) for key, found in outcomes.items()}
     picture = None
     if faults:
@@ -147,7 +148,7 @@ def _fates(setup: Setup) -> ReportFigure:
         name="fates",
         title="What became of each fault",
         caption="In which share of its occurrences each managing system cured a fault, masked its symptom for a "
-        f"while, or did neither. Runs of all suites. {setup.common}",
+        f"while, or did neither; none, which does neither, is drawn only if it is alone. Runs of all suites. {setup.common}",
         head=("failure", "fault", "system", "faults", *FATES),
         lines=[
             (*fault, name, found.total(), *(found[fate] for fate in FATES))

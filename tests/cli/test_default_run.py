@@ -32,7 +32,7 @@ def test_the_default_run_tells_of_causes_ripples_and_cures_and_says_what_is_next
     told = capsys.readouterr()
     lines = [" ".join(line.split()) for line in told.out.splitlines()]
 
-    behind = lines[lines.index("what the managing system could not know") + 1 :]
+    behind = lines[lines.index("the faults, which only the oracle is told") + 1 :]
     assert behind[:6] == [
         "camera_driver_issue showed as F1 (the camera sends no images); F2 and F3 by ripple, for lack of input",
         "looks like hardware_disconnect",

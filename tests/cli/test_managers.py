@@ -135,13 +135,13 @@ def test_a_campaign_says_what_it_consists_of_and_a_report_that_it_is_not_finishe
     assert "Running the campaign with 9 reference runs and 1 run of oracle for the score: 11 of 11" in errors
     assert f"Next:\n  sunset report {out} --site site" in errors
     assert main(["report", str(out)]) == 0
-    assert "is not finished" not in capsys.readouterr().err
+    assert "is not finished" not in capsys.readouterr().out
 
     (next(out.glob("runs/nofault/none/*/seed-1")) / "run.json").unlink()
 
     assert main(["report", str(out)]) == 0
     planned = 2 + 9  # that of oracle, and both reference suites
-    assert f"is not finished: {planned - 1} of {planned} runs are there." in capsys.readouterr().err
+    assert f"is not finished: {planned - 1} of {planned} runs are there." in capsys.readouterr().out
 
     (out / "bench.json").write_text("{")
 

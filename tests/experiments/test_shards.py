@@ -70,7 +70,7 @@ def test_shards_are_together_the_whole(undisturbed: Path, tmp_path: Path) -> Non
             text=True,
         )
         assert f"{RUNS // 2} runs done, 0 were there already. Part {number} of 2 is done." in done.stderr
-        assert f"is not finished: {RUNS // 2} of {RUNS} runs are there." in done.stderr
+        assert f"is not finished: {RUNS // 2} of {RUNS} runs are there." in done.stdout
 
     for form in FORMATS:
         assert render_report(apart, form) == render_report(undisturbed, form)

@@ -148,8 +148,8 @@ class CampaignForecast:
             )
         if few:
             lines.append(
-                f"With fewer than {LEAST_LEVELS} {listed(few)} that is of these only, of which less is needed than of "
-                "any others."
+                f"This is of these {listed(few)} only. What is said of others, too, needs at least {LEAST_LEVELS}, and "
+                "more runs."
             )
         return lines
 

@@ -37,7 +37,7 @@ _SAME_COMMAND: Final = "the same command continues it"
 VERBS: Final[Mapping[str, Verb]] = {
     "run": Verb("run one scenario and measure the adaptation", is_long=True, is_extensible=True),
     "bench": Verb(
-        "run managing systems over a suite and print the paper's table",
+        "run managing systems over a suite and print how they score",
         True,
         _SAME_COMMAND,
         is_extensible=True,

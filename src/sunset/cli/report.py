@@ -141,5 +141,5 @@ def print_report(folder: Path, form: str, *, every: bool = False, recompute: boo
     if counted is not None and counted[0] < counted[1]:
         print(
             f"The campaign in {folder} is not finished: {counted[0]} of {counted[1]} runs are there.",
-            file=sys.stderr,
+            file=sys.stdout if form == "table" else sys.stderr,
         )

@@ -148,7 +148,8 @@ def _fates(setup: Setup) -> ReportFigure:
         name="fates",
         title="What became of each fault",
         caption="In which share of its occurrences each managing system cured a fault, masked its symptom for a "
-        f"while, or did neither; none, which does neither, is drawn only if it is alone. Runs of all suites. {setup.common}",
+        "while, or did neither; none, which does neither, is drawn only if it is alone. Runs of all suites. "
+        f"{setup.common}",
         head=("failure", "fault", "system", "faults", *FATES),
         lines=[
             (*fault, name, found.total(), *(found[fate] for fate in FATES))

@@ -122,7 +122,7 @@ def _sizes(table: ScoreTable) -> str:
 
 
 def _where(table: ScoreTable) -> str:
-    return f" in {table.title}" if table.title else ""
+    return f" in the suite {table.title}" if table.title else ""
 
 
 def _changed(order: tuple[str, ...], usual: tuple[str, ...]) -> tuple[str, ...]:

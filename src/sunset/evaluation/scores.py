@@ -34,8 +34,8 @@ HARM: Final = f"Harm: mean(none's - utility) over the runs in which repairing wi
 """How scores and harm come about, in words."""
 
 NO_SCORE: Final = (
-    "There is no score: it needs runs of none and oracle with the same scenarios, flights and seeds, by one version of "
-    "each, and labels."
+    "There is no score: it needs a flight with labels, and runs of none and oracle with the same scenarios, flights "
+    "and seeds, each of the two in one version."
 )
 """What stands beneath a report without scores."""
 

@@ -95,7 +95,7 @@ def _print_events(console: "_Console", events: Sequence[Event]) -> None:
 
 def _print_causes(console: "_Console", causes: Sequence[Cause]) -> None:
     """Print what the time line does not say: which fault a symptom came from, and what cures it."""
-    console.print(" what the managing system could not know", style="bold")
+    console.print(" the faults, which only the oracle is told", style="bold")
     table = Table(box=None, padding=(0, 1), show_header=False)
     for cause in causes:
         table.add_row(Text(cause.fault, style=_STYLES["fault"]), "showed as", cause.showed_as)
@@ -217,7 +217,11 @@ def figures_of(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
     parts = f"detect {shown(score.t_detect_s)} + decide {shown(score.t_decide_s)}; repair {shown(score.t_repair_s)}"
     yield "resolved per adaptation", shown(score.f_resolved_per_adaptation), resolved
     yield "reaction time", shown(score.t_react_s, " s"), parts
-    yield "unnecessary redeploys", str(score.redeploys_unnecessary), "of nodes that did not need one"
+    yield (
+        "unnecessary redeploys",
+        str(score.redeploys_unnecessary),
+        "of nodes without a fault that only a redeploy cures",
+    )
     yield "downtime", shown(score.t_down_s, " s"), f"availability {score.availability:.0%}"
     without = score.frames_without_truth
     unknown = f"; {counted(without, 'frame')} without labels left out" if without else ""

@@ -133,8 +133,8 @@ def test_the_order_is_given_at_multiples_of_the_prices() -> None:
     assert table.orders[0.0] == table.orders[0.5] == ("oracle", "dear", "cheap", "none")
     assert table.orders[1.0] == ("oracle", "cheap", "dear", "none")
     assert (
-        "Order in the suite timed: oracle > cheap > dear > none; the same at 2 times the prices; at 0 and 0.5 times the "
-        "prices dear > cheap; at 4 times the prices none > dear."
+        "Order in the suite timed: oracle > cheap > dear > none; the same at 2 times the prices; at 0 and 0.5 times "
+        "the prices dear > cheap; at 4 times the prices none > dear."
     ) in lead_notes([table])
 
 

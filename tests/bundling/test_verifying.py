@@ -165,6 +165,11 @@ DAMAGES: dict[str, tuple[Edit, str, str]] = {
         WET,
         "its versions.numpy is '1.0.0', and that of the plan '",
     ),
+    "plan of unknown sources": (
+        changed("campaign/bench.json", manager_checksums={}),
+        MINE,
+        "and that of the plan nothing",
+    ),
     "plan of another flight": (
         changed("campaign/bench.json", bag_checksum="0" * 64),
         WET,

@@ -121,7 +121,7 @@ def _planned(run: RunRecord, described: CampaignPlan) -> dict[str, object]:
         name: value for name, value in described.timing.items() if getattr(run, name, UNSET) is not UNSET
     }
     return {
-        "manager_checksum": described.manager_checksums.get(run.manager, run.manager_checksum),
+        "manager_checksum": described.manager_checksums.get(run.manager, ""),
         "device": described.device,
         "middleware": described.middleware,
         "bag_checksum": described.bag_checksum if facts is None else facts.bag_checksum,

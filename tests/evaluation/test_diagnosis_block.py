@@ -40,6 +40,11 @@ def test_the_table_adds_up_faults_and_time() -> None:
     ]
 
 
+def test_the_moment_before_a_fault_at_0_gives_no_rate_of_false_alarms() -> None:
+    assert row_of(diagnoses_of(rows("mine", faultless_s=0.0005)), "mine (timed)")[-2:] == ["N/A", "0.150"]
+    assert row_of(diagnoses_of(rows("mine", faultless_s=0.5)), "mine (timed)")[-2:] == ["120.00", "0.150"]
+
+
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_table_is_printed_only_where_a_run_published_diagnoses(form: str) -> None:
     silent = format_report(summarise(rows("none", diagnoses=0)), form, every=True)

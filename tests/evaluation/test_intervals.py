@@ -199,6 +199,23 @@ def test_what_does_not_vary_with_the_seed_stays_with_more_repetitions() -> None:
     assert Spread(one.parts, sizes._replace(repetitions=6)).error == pytest.approx(np.sqrt(0.01 + 0.005))
 
 
+@pytest.mark.parametrize("apart", [0.5, 3.0])
+def test_on_one_flight_all_but_the_degradations_lessens_with_more_repetitions(apart: float) -> None:
+    noise = generator(5, "test").standard_normal((9, 3))
+    values = noise + (apart - 1) * noise.mean(0) + 2 * generator(5, "degradations").standard_normal((9, 1))
+    squares, rest = textbook(values)
+    one = found(values[:, np.newaxis, :])
+    assert (squares[1] < rest) == (apart < 1)
+    for less in (1, 2, 10):
+        more = Spread(one.parts, one.sizes._replace(repetitions=3 * less))
+        of_degradations = squares[0] - rest
+        variance = of_degradations + (rest + max(0.0, squares[1] - rest)) / less
+        assert more.error == pytest.approx(np.sqrt(variance))
+        known = of_degradations + rest / less, squares[1] / less
+        expected = sum(known) ** 2 / (known[0] ** 2 / 8 + known[1] ** 2 / (3 * less - 1))
+        assert more.degrees == pytest.approx(expected)
+
+
 def test_what_varies_between_flights_is_part_of_the_truth_on_fewer_than_three() -> None:
     parts = {(1,): 0.12, (0, 1): 0.24}
     assert Spread(parts, Design(alike=12, flights=2, repetitions=3)).error == pytest.approx(0.1)

@@ -466,3 +466,12 @@ def test_a_name_of_any_length_is_shortened_at_once() -> None:
     assert "…" in name
     assert name.endswith("ab")
     assert len(name) <= 100
+
+
+def test_scenarios_of_two_splits_in_one_row_are_told(store: Callable[..., Path], tmp_path: Path) -> None:
+    drawn = {"suite": "test", "scenario": "test-0001"}
+    store("runs/1", **drawn, faults=[{"name": "gpu_failure", "value": True}])
+    told = "baseline (test): it has scenarios of one name that differ, as those of two splits do."
+    assert told not in " ".join(render_report(tmp_path).split())
+    store("runs/2", **drawn, faults=[{"name": "sync_issue", "value": True}], iou=0.4)
+    assert told in " ".join(render_report(tmp_path).split())

@@ -159,6 +159,16 @@ def test_without_a_valid_run_nothing_is_drawn() -> None:
             assert figure.as_csv().count("\n") == 1
 
 
+def test_where_nothing_is_to_repair_the_figure_of_scores_says_so() -> None:
+    calm = [replace(one, metrics={**one.metrics, "iou_all": 0.5}) for one in campaign(IOU_ALL)]
+    assert figures(calm)["scores"].missing == [
+        "No suite has a score to draw: in most runs, oracle wins less than 0.02 over none."
+    ]
+    assert figures(runs("baseline"))["scores"].missing == [
+        "A score needs runs of none, oracle and another managing system."
+    ]
+
+
 def test_remarks_say_who_was_run_less_and_which_runs_are_left_out() -> None:
     other = [replace(one, model="reference") for one in runs("none", seeds=(1,))]
     assert figures([*runs("baseline"), *runs("oracle", seeds=(1, 2)), *other])["fates"].missing == [

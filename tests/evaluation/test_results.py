@@ -82,6 +82,21 @@ def test_a_hidden_folder_can_be_named_itself(store: Store) -> None:
     assert len(load_results(store(".results/run").parent)) == 1
 
 
+def test_extensions_that_differ_are_told_apart_as_what_they_are(store: Store, tmp_path: Path) -> None:
+    store("plain")
+    store("extended", extensions={"altimeter": "0f" * 32})
+    store("edited", extensions={"altimeter": "1e" * 32, "buoy": "2d" * 32})
+    rows = load_results(tmp_path)
+    assert {row.model for row in rows} == {"lite"}
+    plain = rows[-1].version
+    assert [row.version for row in rows] == [
+        f"{plain} with altimeter 1e1e1e1e, buoy 2d2d2d2d",
+        f"{plain} with altimeter 0f0f0f0f",
+        plain,
+    ]
+    assert f"[sunset {plain} with altimeter 0f0f0f0f]" in render_report(tmp_path)
+
+
 def test_models_of_one_name_that_differ_are_told_apart(store: Store, tmp_path: Path) -> None:
     store("shipped", model_checksums={"fusion": "0f"})
     store("trained", model_checksums={"fusion": "1e"})

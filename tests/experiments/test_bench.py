@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from tests.experiments.campaigns import RUNS, bench_command, content_of
 
+from sunset.api import generate_split
 from sunset.data import read_bag, write_bag
 from sunset.errors import InvalidInputError, OutputError, RecordError
 from sunset.evaluation import load_results, render_report
@@ -108,6 +109,23 @@ def test_a_campaign_over_scenarios_of_ones_own(tmp_path: Path) -> None:
     folders = [run_folder(Path("out"), one) for one in runs]
     assert len(set(folders)) == len(folders)
     assert {len(folder.parts) for folder in folders} == {6}
+
+
+def test_a_part_of_a_split_is_said_to_be_one(tmp_path: Path) -> None:
+    generate_split("test", 3, tmp_path / "split", seed=1)
+    spec = BenchSpec(
+        suite=str(tmp_path / "split"),
+        scenarios=("test-0001",),
+        managers=("none",),
+        references=False,
+        score=False,
+        repetitions=1,
+    )
+    bench(spec, tmp_path / "out", jobs=1)
+
+    (place,) = (tmp_path / "out").glob("runs/*/*/*/*")
+    assert read_run(place).suite_size == 3
+    assert "none [1 of 3 scenarios]" in render_report(tmp_path / "out")
 
 
 def test_managing_systems_with_similar_names_do_not_share_a_folder() -> None:

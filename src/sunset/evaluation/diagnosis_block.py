@@ -22,6 +22,9 @@ _COLUMNS: Final = (
     Column("Brier ↓", "mean square error of the probabilities, over time and faults"),
 )
 
+_LEAST_CALM_S: Final = 1.0
+"""Of less time without a fault there is no rate of false alarms: before a fault at 0 is half a millisecond."""
+
 
 def diagnosis_blocks(rows: Sequence[SystemRow]) -> tuple[Block, ...]:
     """Return the block; nothing where no run published a diagnosis.
@@ -37,7 +40,7 @@ def diagnosis_blocks(rows: Sequence[SystemRow]) -> tuple[Block, ...]:
 def _cells(row: SystemRow) -> tuple[Cell, ...]:
     injected, calm_s = _total(row, "faults_injected"), _total(row, "faultless_s")
     shares = (_level(row, count, time, injected) if injected else None for count, time in _LEVELS)
-    alarms = Quantity(60 * _total(row, "false_alarms") / calm_s) if calm_s else None
+    alarms = Quantity(60 * _total(row, "false_alarms") / calm_s) if calm_s >= _LEAST_CALM_S else None
     brier = row.estimates["brier"]
     return (*shares, alarms, None if brier is None else f"{brier.mean:.3f}")
 

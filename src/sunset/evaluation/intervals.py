@@ -68,7 +68,7 @@ class Spread:
 
     Attributes:
         parts: factors, by place in `Cluster` → the variance between their levels; that of several factors is what they
-            bring about together only.
+            bring about together only. That of seeds is below 0 where they differ less than the rest does.
         sizes: of the campaigns: how many levels each factor of `Cluster` has.
     """
 
@@ -78,7 +78,7 @@ class Spread:
     @property
     def error(self) -> float:
         """The figure's standard error."""
-        return math.sqrt(math.fsum(self._moving().values()))
+        return math.sqrt(math.fsum(max(0.0, variance) for variance in self._moving().values()))
 
     @property
     def degrees(self) -> float:
@@ -181,13 +181,17 @@ def _mean_squares(apart: _Array, levels: Mapping[int, _Codes]) -> tuple[dict[int
 def _parts(squares: Mapping[int, float], rest: float, sizes: Sequence[int]) -> dict[_Factors, float]:
     """Return the variances between levels.
 
-    Of the rest, that which exceeds the scatter between seeds is no repetition's: it stays, however many there are.
+    Of the rest, that which exceeds the scatter between seeds is no repetition's: it stays, however many there are. But
+    where one factor alone is beside the seeds, the rest is of both, and is a repetition's as a whole.
     """
     places = tuple(squares)
     still = tuple(place for place in places if place != _SEED)
-    fresh = min(rest, squares.get(_SEED, rest))
+    fresh = min(rest, squares.get(_SEED, rest)) if len(still) > 1 else rest
     found = dict.fromkeys([*((place,) for place in places), still, places], 0.0)
-    found |= {(place,): max(0.0, square - rest) for place, square in squares.items()}
+    found |= {
+        (place,): square - fresh if place == _SEED else max(0.0, square - rest)
+        for place, square in squares.items()
+    }
     found[still] += rest - fresh
     found[places] += fresh
     return {

@@ -154,6 +154,11 @@ def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str
     """Say what a reader would otherwise take for granted: runs that are missing from a figure that is shown."""
     runs = [run for row in rows for run in row.all_runs]
     notes = [note for row in rows for note in _row_notes(row, is_shown=row in shown)]
+    notes += [
+        f"{shorten(row.system, 100)}: it has scenarios of one name that differ, as those of two splits do."
+        for row in rows
+        if len({run.scenario for run in row.all_runs}) > len(set(map(_plain_name, row.all_runs)))
+    ]
     notes += dict.fromkeys(
         f"Flight {run.flight.name or run.flight.short_bag}: {run.warning}" for run in runs if run.warning
     )
@@ -224,8 +229,13 @@ def _told(reasons: Iterable[tuple[RunRow, str]]) -> str:
 
 def _reason(run: RunRow, reason: str) -> str:
     """Return a run's reason without what tells it from those of others that have the same."""
-    place = f" in {run.scenario.removesuffix(f' {run.faults}')}, seed {run.seed}:"
+    place = f" in {_plain_name(run)}, seed {run.seed}:"
     return shorten(reason.replace(place, ":", 1).rstrip("."), _LONGEST_REASON) or "no reason given"
+
+
+def _plain_name(run: RunRow) -> str:
+    """Return the name of a run's scenario without what tells it from others of the same name."""
+    return run.scenario.removesuffix(f" {run.faults}")
 
 
 def _listed(texts: Sequence[str], what: str) -> str:

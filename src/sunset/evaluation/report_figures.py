@@ -20,7 +20,7 @@ from sunset.evaluation.figure_frame import (
 )
 from sunset.evaluation.figure_runs import Fault, Setup, outcomes_of, scores_of, setup_of
 from sunset.evaluation.results import RunRow
-from sunset.evaluation.scores import ScoreTable
+from sunset.evaluation.scores import LEAST_GAIN, ScoreTable
 from sunset.evaluation.system_styles import PAPER, Style
 from sunset.figures import BLUE, can_draw
 from sunset.metrics import FATES
@@ -70,6 +70,12 @@ def _scores(setup: Setup) -> ReportFigure:
         lines += [(suite, flight, name, score.runs, *_cells(score)) for _, name, score in marks]
         groups.append((title, [mark for mark in marks if mark[1] not in SCORE_REFERENCES]))
     picture, missing = _rows(setup, groups, "score (0: none, 1: oracle)", (0, 1))
+    rows = [row for suite in setup.suites if suite.table for row in suite.table.rows if not row.is_reference]
+    lacking = (
+        f"No suite has a score to draw: in most runs, oracle wins less than {LEAST_GAIN} over none."
+        if any(row.is_calm for row in rows)
+        else "A score needs runs of none, oracle and another managing system."
+    )
     return ReportFigure(
         name="scores",
         title="Score by suite and by flight",
@@ -78,7 +84,7 @@ def _scores(setup: Setup) -> ReportFigure:
         head=("suite", "flight", "system", "runs", "score", "ci_low", "ci_high"),
         lines=lines,
         picture=picture,
-        missing=missing if picture else ["A score needs runs of none, oracle and another managing system."],
+        missing=missing if picture else [lacking],
     )
 
 

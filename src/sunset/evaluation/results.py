@@ -93,7 +93,7 @@ class RunRow:
         outcomes: what became of its faults.
         frames: how many the measured time has.
         evidence: what its managing system looked at.
-        version: of the package that it was run with; empty if it is unknown.
+        version: of the package that it was run with, and of its extensions; empty if it is unknown.
         others: the versions of other packages, those that its managing system imported included, by name.
         valid: whether the run counts.
         reason: why it does not; empty if it does.
@@ -249,7 +249,9 @@ def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
     computed = score(read_timeline(folder)) if again and not run.is_empty else None
-    extensions = {"extensions": run.extensions} if run.extensions else {}
+    extensions = ", ".join(
+        f"{name} {sha[:_CHECKSUM]}" for name, sha in sorted((run.extensions or {}).items())
+    )
     return RunRow(
         folder=folder,
         scenario=run.scenario,
@@ -266,10 +268,10 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         frames=run.expected_frames,
         evidence=run.evidence,
         differing=differences(run, computed) if computed else (),
-        version=run.versions.get("sunset", ""),
+        version=run.versions.get("sunset", "") + (f" with {extensions}" if extensions else ""),
         others={name: value for name, value in run.versions.items() if name != "sunset"}
         | (run.manager_versions or {}),
-        setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds, **extensions}),
+        setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds}),
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
         task=run.task,

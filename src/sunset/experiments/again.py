@@ -159,6 +159,7 @@ def _spec_of(
         manager=manager,
         label=stored.manager,
         seed=stored.seed,
+        suite_size=stored.suite_size or 0,
         settings=Settings(
             model=model or stored.model,
             bag=bag,

@@ -101,13 +101,19 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         ScenarioError: there is no such suite, or it is not usable.
         InvalidInputError: a scenario is not of the suite, or two runs differ by case only.
     """
-    chosen = _chosen(spec)
+    chosen, size = _chosen(spec)
     of_paper = spec.references and spec.settings.task == REPAIR
     groups = [(suite(name), manager) for name, manager in TABLE_REFERENCES] if of_paper else []
     groups += [(chosen, manager) for manager in (*spec.managers, *added_managers(spec))]
     flights = [dataclasses.replace(spec.settings, flight=flight) for flight in parse_flights(spec.flights)]
     runs = (
-        RunSpec(scenario=scenario, manager=manager, seed=spec.seed + repetition, settings=settings)
+        RunSpec(
+            scenario=scenario,
+            manager=manager,
+            seed=spec.seed + repetition,
+            settings=settings,
+            suite_size=size if scenarios is chosen else 0,
+        )
         # a repetition and a flight at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)
         for settings in flights or [spec.settings]
@@ -147,8 +153,8 @@ def flown(run: RunSpec) -> tuple[object, ...]:
     return run.flight, flight_plan(run)
 
 
-def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
-    """Return the scenarios of the suite that are run, in its order."""
+def _chosen(spec: BenchSpec) -> tuple[tuple[Scenario, ...], int]:
+    """Return the scenarios of the suite that are run, in its order, and how many it has."""
     every = {base_name(scenario.name): scenario for scenario in load_suite(spec.suite)}
     wanted = {name.removeprefix(f"{spec.suite}/") for name in spec.scenarios}
     for name in sorted(wanted - every.keys()):
@@ -156,7 +162,7 @@ def _chosen(spec: BenchSpec) -> tuple[Scenario, ...]:
             f"The suite {spec.suite} has no scenario {name!r}: {suggestion(name, every)}see 'sunset scenarios list "
             f"--suite {spec.suite}'."
         )
-    return tuple(scenario for name, scenario in every.items() if name in wanted or not wanted)
+    return tuple(one for name, one in every.items() if name in wanted or not wanted), len(every)
 
 
 def run_folder(out: Path, spec: RunSpec) -> Path:
@@ -183,7 +189,7 @@ def describe_campaign(
     return CampaignPlan(
         plan_version=PLAN_VERSION,
         suite=spec.suite,
-        scenarios=tuple(scenario.name for scenario in _chosen(spec)) if spec.scenarios else (),
+        scenarios=tuple(scenario.name for scenario in _chosen(spec)[0]) if spec.scenarios else (),
         scenarios_checksum=scenarios_checksum(runs),
         split=split_hash(spec.suite),
         references=spec.references,

@@ -293,7 +293,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         scenario=spec.scenario.name,
         faults=stored_faults(resources.scenario, spec.scenario),
         suite=spec.suite,
-        suite_size=suite_size(spec.suite, spec.scenario.name),
+        suite_size=suite_size(spec.suite, spec.scenario.name) or spec.suite_size,
         alike=degradations_of(fault.name for fault in spec.scenario.faults),
         manager=spec.manager_name,
         manager_spec=spec.manager if spec.label else UNSET,

@@ -222,6 +222,8 @@ class RunSpec:
     """The managing system's name in tables, records and campaigns, if that is not `manager`."""
     extensions: tuple[LoadedExtension, ...] = field(default_factory=loaded_extensions)
     """What the managed system is extended by: what is loaded when this is made."""
+    suite_size: int = 0
+    """How many scenarios the folder has that the scenario was read from with others; else 0."""
 
     def __post_init__(self) -> None:
         """Check what can be checked without loading anything.

@@ -78,7 +78,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         suite: empty for a scenario of one's own.
-        suite_size: how many scenarios it has; 0 if the system does not say.
+        suite_size: how many scenarios it has, or the campaign's folder of scenarios; 0 if that is not known.
         alike: the degradations by which runs are clustered; the failures, if there are none.
         manager_spec: what the managing system was loaded as, where that is not its name.
         manager_checksum: of the files that it is written in; empty if it has none.

@@ -136,6 +136,23 @@ def of_fault(options: str) -> str:
             HEAD + "EXTENSION = Extension(views=(View(None, frozenset({'camera'})),))",
             "The View 'None' is not usable: ",
         ),
+        *(
+            (
+                f"{HEAD}EXTENSION = Extension(prices={{'restart': {price}}})",
+                f"The restart in the prices of an extension must be a number from 0 to 100000, got {got}; change it",
+            )
+            for price, got in {
+                "'1'": "'1'",
+                "None": "None",
+                "float('nan')": "nan",
+                "float('inf')": "inf",
+                "-1": "-1",
+            }.items()
+        ),
+        (
+            HEAD + "EXTENSION = Extension(prices={'reboot': 1})",
+            "The reboot in the prices of an extension must be one of restart, redeploy, set_parameter, change_topic, ",
+        ),
         (
             HEAD + "EXTENSION = Extension(signals=(Signal('camera', 'echo'),),"
             "failures=(Failure('F6', 'a', 'b', 'c', signal='camera_echo'),))",

@@ -164,6 +164,11 @@ class AdaptationKind(StrEnum):
         return {AdaptationKind.ACTIVATE: "active", AdaptationKind.DEACTIVATE: "inactive"}.get(self)
 
 
+KindOfAdaptation: TypeAlias = Annotated[
+    AdaptationKind, Meta(description=f"one of {', '.join(AdaptationKind)}")
+]
+
+
 @dataclass(frozen=True, slots=True)
 class Adaptation:
     """One adaptation of one node.
@@ -175,7 +180,7 @@ class Adaptation:
         value: what it is set to; None where none is.
     """
 
-    kind: Annotated[AdaptationKind, Meta(description=f"one of {', '.join(AdaptationKind)}")]
+    kind: KindOfAdaptation
     node: str
     parameter: str = ""
     value: Value | None = None

@@ -133,8 +133,32 @@ def of_fault(options: str) -> str:
             "Each view must have a value of its own, got 0, 1, 2, 1.",
         ),
         (
-            HEAD + "EXTENSION = Extension(views=(View(None, frozenset({'camera'})),))",
-            "The View 'None' is not usable: ",
+            HEAD + "EXTENSION = Extension(views=(View(0, frozenset({'camera'})),))",
+            "The View '0' is not usable: The setting must be an Adaptation, got 0 (",
+        ),
+        *(
+            (
+                f"{HEAD}EXTENSION = Extension(views=(View(Adaptation('redeploy', 'camera'), {sensors}),))",
+                f"The sensors must be a set of names of nodes, such as frozenset({{'camera'}}), got {sensors} (",
+            )
+            for sensors in ("'camera'", "frozenset()")
+        ),
+        *(
+            (
+                f"{HEAD}EXTENSION = Extension(views=(View(Adaptation('set_parameter', 'sensor_fusion', 'modality', "
+                f"{value}), ({sensor!r},)),))",
+                sentence,
+            )
+            for value, sensor, sentence in (
+                (
+                    "3",
+                    "segmentation",
+                    "to 3' names segmentation, which is no sensor: name some of camera, depth.",
+                ),
+                ("'rgb'", "camera", "the parameter 'modality' of type int, got 'rgb'"),
+                ("float('nan')", "camera", "the parameter 'modality' of type int, got nan"),
+                ("3", "camera", "takes for the parameter 'modality' values from 0 to 2, got 3"),
+            )
         ),
         *(
             (

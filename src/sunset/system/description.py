@@ -221,13 +221,17 @@ class View:
         is_conclusive: whether a signal on the good side of its threshold then proves that these images are good.
     """
 
-    setting: Adaptation
-    sensors: frozenset[str]
+    setting: Annotated[Adaptation, Meta(description="an Adaptation")]
+    sensors: Annotated[
+        frozenset[str],
+        Meta(min_length=1, description="a set of names of nodes, such as frozenset({'camera'})"),
+    ]
     is_conclusive: bool = True
 
     def __post_init__(self) -> None:
-        """Check the types."""
+        """Check the types, and take a tuple or list of sensors for the set."""
         _check(self, str(self.setting))
+        object.__setattr__(self, "sensors", frozenset(self.sensors))
 
 
 ImageFunction: TypeAlias = Callable[..., Any] | str

@@ -86,9 +86,9 @@ class Extension:
 
     @property
     def named_adaptations(self) -> tuple[Adaptation, ...]:
-        """The adaptations that it offers, and those of its faults' injections and cures."""
+        """The adaptations that it offers, those of its views, and those of its faults' injections and cures."""
         steps = (step for fault in self.faults for steps in (fault.injection, *fault.cures) for step in steps)
-        return (*self.adaptations, *steps)
+        return (*self.adaptations, *(view.setting for view in self.views), *steps)
 
 
 def _is_list(value: object, is_item: Callable[[object], bool]) -> bool:

@@ -46,6 +46,12 @@ def node(name: str, options: str = "compute_s=0.0") -> str:
     return f"Sonar.node_name = {name!r}\nEXTENSION = Extension(nodes=({described},))"
 
 
+def view(value: str, sensor: str) -> str:
+    """Return an extension with one view, with the images of one node."""
+    setting = f"Adaptation('set_parameter', 'sensor_fusion', 'modality', {value})"
+    return f"{HEAD}EXTENSION = Extension(views=(View({setting}, ({sensor!r},)),))"
+
+
 def of_fault(options: str) -> str:
     """Return an extension with one fault of the camera."""
     return (
@@ -143,23 +149,13 @@ def of_fault(options: str) -> str:
             )
             for sensors in ("'camera'", "frozenset()")
         ),
-        *(
-            (
-                f"{HEAD}EXTENSION = Extension(views=(View(Adaptation('set_parameter', 'sensor_fusion', 'modality', "
-                f"{value}), ({sensor!r},)),))",
-                sentence,
-            )
-            for value, sensor, sentence in (
-                (
-                    "3",
-                    "segmentation",
-                    "to 3' names segmentation, which is no sensor: name some of camera, depth.",
-                ),
-                ("'rgb'", "camera", "the parameter 'modality' of type int, got 'rgb'"),
-                ("float('nan')", "camera", "the parameter 'modality' of type int, got nan"),
-                ("3", "camera", "takes for the parameter 'modality' values from 0 to 2, got 3"),
-            )
+        (
+            view("3", "segmentation"),
+            "to 3' names segmentation, which is no sensor: name some of camera, depth.",
         ),
+        (view("'rgb'", "camera"), "the parameter 'modality' of type int, got 'rgb'"),
+        (view("float('nan')", "camera"), "the parameter 'modality' of type int, got nan"),
+        (view("3", "camera"), "takes for the parameter 'modality' values from 0 to 2, got 3"),
         *(
             (
                 f"{HEAD}EXTENSION = Extension(prices={{'restart': {price}}})",

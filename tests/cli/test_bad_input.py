@@ -282,6 +282,14 @@ ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     ),
     "report of an empty folder": (["report", "."], "no finished run"),
     "unknown town": (["data", "render", "--town", "99", "--out", "o"], "99"),
+    "a frame without a figure": (["faults", "show", "gpu_failure", "--frame", "3"], "add --figure FILE"),
+    "a flight without a figure": (["faults", "show", "gpu_failure", "--bag", "."], "add --figure FILE"),
+    "a device without a figure": (["faults", "show", "gpu_failure", "--device", "auto"], "add --figure FILE"),
+    "a task of no managing system": (
+        ["faults", "figure", "--out", "figure.png", "--task", "diagnose"],
+        "There is no argument '--task' here",
+    ),
+    "a seed of no choice": (["verify", "x.zip", "--run-again", "0", "--seed", "3"], "leave out --seed"),
     "figure of no known kind": (["faults", "figure", "--out", "figure.txt"], ".txt"),
 }
 

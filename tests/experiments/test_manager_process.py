@@ -310,6 +310,23 @@ def test_what_decides_what_it_is_measured_by_is_not_shown_to_it(
         manager_checksum(manager, Settings())
 
 
+@pytest.mark.parametrize(
+    ("manager", "path"),
+    [
+        ("{}/reader.py:Reader", "/proc/self/cmdline"),
+        ("{}/reader.py:Reader", "weights.npz"),
+        ("exec:cat /proc/1/cmdline", ""),
+    ],
+)
+def test_what_tells_of_the_experiment_is_not_shown_to_it(manager: str, path: str, tmp_path: Path) -> None:
+    (tmp_path / "weights.npz").symlink_to("/proc/1/cmdline")
+    (tmp_path / "reader.py").write_text(READER.replace("{name}", path), encoding="utf-8")
+    with pytest.raises(
+        ManagerError, match=r"names .*, which tells of the computer and its processes: keep its"
+    ):
+        manager_checksum(manager.format(tmp_path), Settings())
+
+
 def test_its_own_files_are_shown_to_it(tmp_path: Path) -> None:
     (tmp_path / "weights.yaml").write_text("gain: 3\n", encoding="utf-8")
     (tmp_path / "reader.py").write_text(READER.replace("{name}", "weights.yaml"), encoding="utf-8")

@@ -115,6 +115,16 @@ def test_a_node_that_has_no_heartbeat_is_refused(ask: Callable[[Symptoms, str], 
         ask(Symptoms({"camera_lc_state": "active"}), "sensors_fusion")
 
 
+@pytest.mark.parametrize("name", [None, 3, "x" * 9999], ids=["none", "number", "long"])
+@pytest.mark.parametrize("ask", [Symptoms.age, Symptoms.state, Symptoms.signal, Symptoms.__getitem__])
+def test_what_is_no_name_is_one_short_sentence(
+    ask: Callable[[Symptoms, object], object], name: object
+) -> None:
+    with pytest.raises((ValueError, KeyError), match=r" no \w+ (None|3|'x{99}…): name one of") as raised:
+        ask(Symptoms({}), name)
+    assert len(str(raised.value)) < 700
+
+
 def test_a_signal_is_read_by_name() -> None:
     assert Symptoms({"camera_sharpness": 0.5}).signal("camera_sharpness") == 0.5
     assert math.isnan(Symptoms({}).signal("camera_sharpness"))

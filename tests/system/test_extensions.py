@@ -46,6 +46,12 @@ def node(name: str, options: str = "compute_s=0.0") -> str:
     return f"Sonar.node_name = {name!r}\nEXTENSION = Extension(nodes=({described},))"
 
 
+def view(value: str, sensor: str) -> str:
+    """Return an extension with one view, with the images of one node."""
+    setting = f"Adaptation('set_parameter', 'sensor_fusion', 'modality', {value})"
+    return f"{HEAD}EXTENSION = Extension(views=(View({setting}, ({sensor!r},)),))"
+
+
 def of_fault(options: str) -> str:
     """Return an extension with one fault of the camera."""
     return (
@@ -133,8 +139,39 @@ def of_fault(options: str) -> str:
             "Each view must have a value of its own, got 0, 1, 2, 1.",
         ),
         (
-            HEAD + "EXTENSION = Extension(views=(View(None, frozenset({'camera'})),))",
-            "The View 'None' is not usable: ",
+            HEAD + "EXTENSION = Extension(views=(View(0, frozenset({'camera'})),))",
+            "The View '0' is not usable: The setting must be an Adaptation, got 0 (",
+        ),
+        *(
+            (
+                f"{HEAD}EXTENSION = Extension(views=(View(Adaptation('redeploy', 'camera'), {sensors}),))",
+                f"The sensors must be a set of names of nodes, such as frozenset({{'camera'}}), got {sensors} (",
+            )
+            for sensors in ("'camera'", "frozenset()")
+        ),
+        (
+            view("3", "segmentation"),
+            "to 3' names segmentation, which is no sensor: name some of camera, depth.",
+        ),
+        (view("'rgb'", "camera"), "the parameter 'modality' of type int, got 'rgb'"),
+        (view("float('nan')", "camera"), "the parameter 'modality' of type int, got nan"),
+        (view("3", "camera"), "takes for the parameter 'modality' values from 0 to 2, got 3"),
+        *(
+            (
+                f"{HEAD}EXTENSION = Extension(prices={{'restart': {price}}})",
+                f"The restart in the prices of an extension must be a number from 0 to 100000, got {got}; change it",
+            )
+            for price, got in {
+                "'1'": "'1'",
+                "None": "None",
+                "float('nan')": "nan",
+                "float('inf')": "inf",
+                "-1": "-1",
+            }.items()
+        ),
+        (
+            HEAD + "EXTENSION = Extension(prices={'reboot': 1})",
+            "The reboot in the prices of an extension must be one of restart, redeploy, set_parameter, change_topic, ",
         ),
         (
             HEAD + "EXTENSION = Extension(signals=(Signal('camera', 'echo'),),"

@@ -113,8 +113,8 @@ def add_rate_option(parser: argparse.ArgumentParser, text: str) -> None:
     parser.add_argument("--rate", type=float, default="1", metavar="R", help=text)
 
 
-def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says how a scenario is run, whatever its managing system."""
+def add_flight_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says on which flight runs take place, and for how long."""
     add_model_options(parser)
     parser.add_argument(
         "--loop", action="store_true", help="let a bag that is too short begin again at its first frame"
@@ -125,6 +125,17 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help=f"seconds that are measured (default: those of the scenario, {DURATION_S:g} if it names none)",
     )
+    parser.add_argument(
+        "--no-cache",
+        action="store_false",
+        dest="cache",
+        help="simulation: compute every inference again instead of looking it up",
+    )
+
+
+def add_run_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says how a scenario is run, whatever its managing system."""
+    add_flight_options(parser)
     add_limit_option(parser)
     parser.add_argument(
         "--manager-env",
@@ -146,12 +157,6 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
         default="0",
         metavar="S",
         help="seconds of the experiment that every decision of the managing system takes",
-    )
-    parser.add_argument(
-        "--no-cache",
-        action="store_false",
-        dest="cache",
-        help="simulation: compute every inference again instead of looking it up",
     )
 
 

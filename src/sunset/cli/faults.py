@@ -7,9 +7,10 @@ from pathlib import Path
 
 from sunset.api.catalogue import draw_fault_figure
 from sunset.api.pictures import OUTAGE_S, draw_fault_picture
-from sunset.cli._options import add_model_options, add_run_options, run_settings
+from sunset.cli._options import add_flight_options, add_model_options, run_settings
 from sunset.cli._prepare import prepare_flight
 from sunset.cli._progress import progress_bar
+from sunset.errors import InvalidInputError
 from sunset.experiments import RunSpec
 from sunset.figures import check_figure
 from sunset.perception import load_model
@@ -54,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     drawing.add_argument("--out", type=Path, required=True, metavar="FILE", help="a .png, .pdf or .svg")
     drawing.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the runs")
-    add_run_options(drawing)
+    add_flight_options(drawing)
     drawing.set_defaults(execute=draw)
 
 
@@ -89,6 +90,10 @@ def show(arguments: argparse.Namespace) -> None:
         with progress_bar("Drawing"):
             draw_fault_picture(fault.name, arguments.figure, settings, arguments.frame)
         print(f"The figure is in {arguments.figure}.", file=sys.stderr)
+    elif arguments.frame is not None or arguments.bag is not None or arguments.device != "cpu":
+        raise InvalidInputError(
+            "Only a figure has them: add --figure FILE, or leave out --frame, --bag and --device."
+        )
     if arguments.json:
         print(json.dumps(_described(fault), sort_keys=True))
         return

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from sunset.api import verify
 from sunset.cli._progress import progress_bar
+from sunset.errors import InvalidInputError
 
 EXIT_DIFFERS = 1
 """Something in the bundle is not as it should be."""
@@ -40,6 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print what was checked and what differs."""
+    if arguments.run_again == 0 and arguments.seed is not None:
+        raise InvalidInputError("No run is chosen with --run-again 0: leave out --seed.")
     with progress_bar("Verifying") as progress:
         found = verify(
             arguments.bundle,

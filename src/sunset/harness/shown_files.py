@@ -12,6 +12,8 @@ from sunset.scenarios.split_files import is_scenario_file
 
 _BAGS: Final = frozenset({".mcap", ".db3", ".bag"})
 """Suffixes of bags, which hold flights with their labels, or the messages of runs."""
+_SYSTEM: Final = tuple(map(Path, ("/proc", "/sys", "/dev")))
+"""Folders that tell of the computer and its processes: the experiment's command line names scenario and seed."""
 
 
 def check_shown(manager: str, places: Iterable[Path], files: Iterable[Path]) -> None:
@@ -23,8 +25,8 @@ def check_shown(manager: str, places: Iterable[Path], files: Iterable[Path]) -> 
         files: those of them that are data, and those in folders that it names.
 
     Raises:
-        ManagerError: one of them holds flights with their labels, the record of a run, or a scenario; or its name is
-            not UTF-8.
+        ManagerError: one of them holds flights with their labels, the record of a run, or a scenario, or tells of the
+            computer's processes; or its name is not UTF-8.
     """
     cache = cache_folder().resolve()
     for place in places:
@@ -42,6 +44,8 @@ def check_shown(manager: str, places: Iterable[Path], files: Iterable[Path]) -> 
             raise _refusal(manager, file, "which is a bag")
         if real.name in {RUN_FILE, PLAN_FILE}:
             raise _refusal(manager, file, "which is of the record of a run")
+        if any(real.is_relative_to(folder) for folder in _SYSTEM):
+            raise _refusal(manager, file, "which tells of the computer and its processes")
         if _is_scenario(real):
             raise _refusal(manager, file, "which is a scenario")
 

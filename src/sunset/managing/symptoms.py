@@ -20,7 +20,7 @@ from sunset.system.vocabulary import (
     state_entry,
     topic_names,
 )
-from sunset.texts import suggestion
+from sunset.texts import shorten, suggestion
 
 FloatOrNaN = Annotated[float, "NaN until it is measured"]
 """A measured number, or NaN until there is one: never None. NaN is neither over nor under any threshold."""
@@ -92,10 +92,10 @@ class Symptoms(Mapping[str, Value]):
         Raises:
             ValueError: there is no such signal.
         """
-        signals = signal_names()
-        if name not in self and name not in signals:
+        key, signals = str(name), signal_names()
+        if key not in self and key not in signals:
             raise _unknown_error("signal", name, signals)
-        return self._number(name)
+        return self._number(key)
 
     def frequency(self, topic: str) -> FloatOrNaN:
         """Return the messages per second on a topic, over the last second; NaN until the first came.
@@ -163,16 +163,16 @@ class Symptoms(Mapping[str, Value]):
         return self._number(self._node_key(node, heartbeat_entry))
 
     def _topic_key(self, topic: str, entry: Callable[[str], str]) -> str:
-        key = entry(topic)
+        key = entry(str(topic))
         topics = topic_names()
         if key not in self and key not in map(entry, topics):
             raise _unknown_error("topic", topic, topics)
         return key
 
     def _node_key(self, node: str, entry: Callable[[str], str]) -> str:
-        key = entry(base_name(node))
-        nodes = node_names()
-        if key not in self and base_name(node) not in nodes:
+        short = base_name(str(node))
+        key, nodes = entry(short), node_names()
+        if key not in self and short not in nodes:
             raise _unknown_error("node", node, nodes)
         return key
 
@@ -193,13 +193,12 @@ def _missing_text(key: object, values: Iterable[str]) -> str:
     if key in known:
         return f"The blackboard does not have {key!r} yet; symptoms.get({key!r}) is None until it does."
     names = sorted(known.union(values))
-    return (
-        f"The blackboard has no entry {key!r}: {suggestion(str(key), names)}name one of {', '.join(names)}."
-    )
+    quoted = shorten(repr(key), 100)
+    return f"The blackboard has no entry {quoted}: {suggestion(key, names)}name one of {', '.join(names)}."
 
 
 def _unknown_error(what: str, name: str, known: Iterable[str]) -> ValueError:
     return ValueError(
-        f"There is no {what} {name!r}: {suggestion(name, known)}name one of {', '.join(known)}. If an extension "
-        "adds it, pass --extension."
+        f"There is no {what} {shorten(repr(name), 100)}: {suggestion(name, known)}name one of {', '.join(known)}. "
+        "If an extension adds it, pass --extension."
     )

@@ -113,8 +113,15 @@ def check_adaptation(
         check_topics([full_name(str(adaptation.value))], published)
 
 
-def check_views(views: Iterable[View], nodes: Mapping[str, NodeDescription]) -> None:
-    """Check that views are different values of one parameter, and of nodes that there are.
+def check_views(
+    views: Iterable[View], nodes: Mapping[str, NodeDescription], upstream: Mapping[str, Collection[str]]
+) -> None:
+    """Check that views are different values of one parameter, and of sensors that there are.
+
+    Args:
+        views: all of them.
+        nodes: all of them, by name.
+        upstream: node → the nodes that its input may come from.
 
     Raises:
         ExtensionError: a view is not.
@@ -127,7 +134,12 @@ def check_views(views: Iterable[View], nodes: Mapping[str, NodeDescription]) -> 
         raise ExtensionError(f"Each view must have a value of its own, got {', '.join(map(str, values))}.")
     for view in views:
         for sensor in sorted(view.sensors):
-            _known("node", sensor, nodes, f"The view {str(view.setting)!r}")
+            what = f"The view {str(view.setting)!r}"
+            if not _known("node", sensor, nodes, what).outputs or upstream[sensor]:
+                sensors = [name for name, node in nodes.items() if node.outputs and not upstream[name]]
+                raise ExtensionError(
+                    f"{what} names {sensor}, which is no sensor: name some of {', '.join(sensors)}."
+                )
 
 
 def check_signals(signals: Iterable[Signal], nodes: Mapping[str, NodeDescription]) -> None:

@@ -164,6 +164,11 @@ class AdaptationKind(StrEnum):
         return {AdaptationKind.ACTIVATE: "active", AdaptationKind.DEACTIVATE: "inactive"}.get(self)
 
 
+KindOfAdaptation: TypeAlias = Annotated[
+    AdaptationKind, Meta(description=f"one of {', '.join(AdaptationKind)}")
+]
+
+
 @dataclass(frozen=True, slots=True)
 class Adaptation:
     """One adaptation of one node.
@@ -175,7 +180,7 @@ class Adaptation:
         value: what it is set to; None where none is.
     """
 
-    kind: Annotated[AdaptationKind, Meta(description=f"one of {', '.join(AdaptationKind)}")]
+    kind: KindOfAdaptation
     node: str
     parameter: str = ""
     value: Value | None = None
@@ -216,13 +221,17 @@ class View:
         is_conclusive: whether a signal on the good side of its threshold then proves that these images are good.
     """
 
-    setting: Adaptation
-    sensors: frozenset[str]
+    setting: Annotated[Adaptation, Meta(description="an Adaptation")]
+    sensors: Annotated[
+        frozenset[str],
+        Meta(min_length=1, description="a set of names of nodes, such as frozenset({'camera'})"),
+    ]
     is_conclusive: bool = True
 
     def __post_init__(self) -> None:
-        """Check the types."""
+        """Check the types, and take a tuple or list of sensors for the set."""
         _check(self, str(self.setting))
+        object.__setattr__(self, "sensors", frozenset(self.sensors))
 
 
 ImageFunction: TypeAlias = Callable[..., Any] | str

@@ -3,13 +3,17 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Annotated
+
+from msgspec import Meta
 
 from sunset.errors import ExtensionError
+from sunset.schemas import convert, fields_of
 from sunset.system.description import (
     Adaptation,
-    AdaptationKind,
     Failure,
     Fault,
+    KindOfAdaptation,
     NodeDescription,
     Signal,
     Topic,
@@ -50,7 +54,7 @@ class Extension:
     exclusive: tuple[tuple[str, str], ...] = ()
     views: tuple[View, ...] = ()
     suites: Mapping[str, Suite] = field(default_factory=dict)
-    prices: Mapping[AdaptationKind, float] = field(default_factory=dict)
+    prices: Mapping[KindOfAdaptation, Annotated[float, Meta(ge=0, le=100_000)]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the types, since an extension's author may not check them.
@@ -69,6 +73,8 @@ class Extension:
                 raise ExtensionError(
                     f"The {name} of an extension must be a dictionary, got {shorten(repr(values), 100)}."
                 )
+        where = "the prices of an extension"
+        convert(self.prices, fields_of(Extension)["prices"], where, ExtensionError, remedy="change it there")
         for name, scenarios in self.suites.items():
             if isinstance(scenarios, str):
                 continue
@@ -80,9 +86,9 @@ class Extension:
 
     @property
     def named_adaptations(self) -> tuple[Adaptation, ...]:
-        """The adaptations that it offers, and those of its faults' injections and cures."""
+        """The adaptations that it offers, those of its views, and those of its faults' injections and cures."""
         steps = (step for fault in self.faults for steps in (fault.injection, *fault.cures) for step in steps)
-        return (*self.adaptations, *steps)
+        return (*self.adaptations, *(view.setting for view in self.views), *steps)
 
 
 def _is_list(value: object, is_item: Callable[[object], bool]) -> bool:

@@ -75,7 +75,7 @@ class System:
         check_topics(map(full_name, self.topics), published)
         for adaptation in self.adaptations:
             check_adaptation(adaptation, self.nodes, published)
-        check_views(self.views, self.nodes)
+        check_views(self.views, self.nodes, self.upstream)  # which has no cycle
         check_signals(self.signals.values(), self.nodes)
         active = {topic for topic, node in self.publishers.items() if self.initial_states[node] == "active"}
         stopping = active.intersection(map(full_name, self.topics))
@@ -84,7 +84,6 @@ class System:
             check_fault(fault, self.nodes, self.failures)
             check_effect(fault, self.faults, self.signals.get(self.failures[fault.failure].signal))
         check_scenarios(self.suites, self.exclusive, self.faults)
-        self.upstream  # noqa: B018  which has no cycle
 
     @cached_property
     def nodes(self) -> Mapping[str, NodeDescription]:

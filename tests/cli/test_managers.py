@@ -1,5 +1,6 @@
 """`sunset managers check`, and what managing systems do to campaigns."""
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -146,4 +147,6 @@ def test_a_campaign_says_what_it_consists_of_and_a_report_that_it_is_not_finishe
     (out / "bench.json").write_text("{")
 
     assert main(["report", str(out)]) == 0
-    assert "may not be finished, since its plan cannot be read: " in capsys.readouterr().err
+    assert "may not be finished, since its plan cannot be read: " in capsys.readouterr().out
+    assert main(["report", str(out), "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)

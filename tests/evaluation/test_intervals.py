@@ -214,6 +214,7 @@ def test_on_one_flight_all_but_the_degradations_lessens_with_more_repetitions(ap
         known = of_degradations + rest / less, squares[1] / less
         expected = sum(known) ** 2 / (known[0] ** 2 / 8 + known[1] ** 2 / (3 * less - 1))
         assert more.degrees == pytest.approx(expected)
+    assert all(Spread(one.parts, one.sizes._replace(alike=size)).degrees >= 2 for size in range(10, 100))
 
 
 def test_what_varies_between_flights_is_part_of_the_truth_on_fewer_than_three() -> None:

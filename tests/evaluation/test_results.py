@@ -90,7 +90,7 @@ def test_extensions_that_differ_are_told_apart_as_what_they_are(store: Store, tm
     assert {row.model for row in rows} == {"lite"}
     plain = rows[-1].version
     assert [row.version for row in rows] == [
-        f"{plain} with altimeter 1e1e1e1e, buoy 2d2d2d2d",
+        f"{plain} with altimeter 1e1e1e1e and buoy 2d2d2d2d",
         f"{plain} with altimeter 0f0f0f0f",
         plain,
     ]

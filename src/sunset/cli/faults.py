@@ -92,7 +92,7 @@ def show(arguments: argparse.Namespace) -> None:
         print(f"The figure is in {arguments.figure}.", file=sys.stderr)
     elif arguments.frame is not None or arguments.bag is not None or arguments.device != "cpu":
         raise InvalidInputError(
-            "Only a figure has them: add --figure FILE, or leave out --frame, --bag and --device."
+            "--frame, --bag and --device are of a figure: add --figure FILE, or leave them out."
         )
     if arguments.json:
         print(json.dumps(_described(fault), sort_keys=True))

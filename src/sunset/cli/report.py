@@ -130,16 +130,17 @@ def print_report(folder: Path, form: str, *, every: bool = False, recompute: boo
             folder, form, every=every, recompute=recompute, progress=progress if recompute else None
         )
     print(text.rstrip("\n"))
+    remarks = sys.stdout if form == "table" else sys.stderr
     try:
         counted = count_runs(folder)
     except RecordError as error:
         print(
             f"The campaign in {folder} may not be finished, since its plan cannot be read: {error}",
-            file=sys.stderr,
+            file=remarks,
         )
         return
     if counted is not None and counted[0] < counted[1]:
         print(
             f"The campaign in {folder} is not finished: {counted[0]} of {counted[1]} runs are there.",
-            file=sys.stdout if form == "table" else sys.stderr,
+            file=remarks,
         )

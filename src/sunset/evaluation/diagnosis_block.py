@@ -23,7 +23,7 @@ _COLUMNS: Final = (
 )
 
 _LEAST_CALM_S: Final = 1.0
-"""Of less time without a fault there is no rate of false alarms: before a fault at 0 is half a millisecond."""
+"""With less time without a fault there is no rate of false alarms: a fault at 0 comes half a millisecond after 0."""
 
 
 def diagnosis_blocks(rows: Sequence[SystemRow]) -> tuple[Block, ...]:

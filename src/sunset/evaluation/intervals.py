@@ -85,7 +85,7 @@ class Spread:
         """The degrees of freedom with which the standard error is known, at least 2."""
         moving = self._moving()
         squares = {
-            place: math.fsum(variance for factors, variance in moving.items() if place in factors)
+            place: max(0.0, math.fsum(variance for factors, variance in moving.items() if place in factors))
             for place in sorted({place for factors in moving for place in factors})
         }
         known = math.fsum(square**2 / (self.sizes[place] - 1) for place, square in squares.items())

@@ -249,7 +249,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
     """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
     computed = score(read_timeline(folder)) if again and not run.is_empty else None
-    extensions = ", ".join(
+    extensions = " and ".join(
         f"{name} {sha[:_CHECKSUM]}" for name, sha in sorted((run.extensions or {}).items())
     )
     return RunRow(

@@ -112,7 +112,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
             manager=manager,
             seed=spec.seed + repetition,
             settings=settings,
-            suite_size=size if scenarios is chosen else 0,
+            suite_size=size,
         )
         # a repetition and a flight at a time: runs that share their frames are neighbours, for the inference cache
         for repetition in range(spec.repetitions)

@@ -223,7 +223,7 @@ class RunSpec:
     extensions: tuple[LoadedExtension, ...] = field(default_factory=loaded_extensions)
     """What the managed system is extended by: what is loaded when this is made."""
     suite_size: int = 0
-    """How many scenarios the folder has that the scenario was read from with others; else 0."""
+    """How many scenarios the suite of a campaign has; used where the system does not know the suite."""
 
     def __post_init__(self) -> None:
         """Check what can be checked without loading anything.

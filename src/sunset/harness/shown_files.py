@@ -12,7 +12,7 @@ from sunset.scenarios.split_files import is_scenario_file
 
 _BAGS: Final = frozenset({".mcap", ".db3", ".bag"})
 """Suffixes of bags, which hold flights with their labels, or the messages of runs."""
-_SYSTEM: Final = tuple(map(Path, ("/proc", "/sys", "/dev")))
+_SYSTEM: Final = (Path("/proc"), Path("/sys"))
 """Folders that tell of the computer and its processes: the experiment's command line names scenario and seed."""
 
 
@@ -33,6 +33,8 @@ def check_shown(manager: str, places: Iterable[Path], files: Iterable[Path]) -> 
         real = place.resolve()
         if cache.is_relative_to(real) or real.is_relative_to(cache):
             raise _refusal(manager, place, f"and {cache} is where SUNSET keeps flights and their labels")
+        if any(real.is_relative_to(folder) for folder in _SYSTEM):
+            raise _refusal(manager, place, "which tells of the computer and its processes")
         if not _is_utf8(str(place)):
             raise ManagerError(
                 f"The managing system {manager} needs {place}, whose name is not UTF-8: rename it, or keep the "
@@ -44,8 +46,6 @@ def check_shown(manager: str, places: Iterable[Path], files: Iterable[Path]) -> 
             raise _refusal(manager, file, "which is a bag")
         if real.name in {RUN_FILE, PLAN_FILE}:
             raise _refusal(manager, file, "which is of the record of a run")
-        if any(real.is_relative_to(folder) for folder in _SYSTEM):
-            raise _refusal(manager, file, "which tells of the computer and its processes")
         if _is_scenario(real):
             raise _refusal(manager, file, "which is a scenario")
 

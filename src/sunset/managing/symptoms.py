@@ -92,7 +92,7 @@ class Symptoms(Mapping[str, Value]):
         Raises:
             ValueError: there is no such signal.
         """
-        key, signals = str(name), signal_names()
+        key, signals = name if isinstance(name, str) else str(name), signal_names()
         if key not in self and key not in signals:
             raise _unknown_error("signal", name, signals)
         return self._number(key)

@@ -75,7 +75,7 @@ class System:
         check_topics(map(full_name, self.topics), published)
         for adaptation in self.adaptations:
             check_adaptation(adaptation, self.nodes, published)
-        check_views(self.views, self.nodes, self.upstream)  # which has no cycle
+        check_views(self.views, self.nodes, self.upstream)  # raises if there is a cycle
         check_signals(self.signals.values(), self.nodes)
         active = {topic for topic, node in self.publishers.items() if self.initial_states[node] == "active"}
         stopping = active.intersection(map(full_name, self.topics))

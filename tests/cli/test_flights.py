@@ -128,6 +128,7 @@ def bag(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.thorough
 def test_a_campaign_crosses_scenarios_with_flights(
     tmp_path: Path, bag: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -166,6 +167,7 @@ def test_a_campaign_crosses_scenarios_with_flights(
     assert main(["verify", str(tmp_path / "results.zip"), "--run-again", "0"]) == 0
 
 
+@pytest.mark.thorough
 def test_without_the_renderer_flights_are_flown_that_were_rendered_elsewhere(
     flight: Path, tmp_path: Path
 ) -> None:

@@ -83,6 +83,7 @@ def test_a_flight_has_the_quality_of_its_labelled_frames(
     assert part.differing == ()
 
 
+@pytest.mark.thorough
 def test_a_flight_without_labels_is_flown_reported_and_viewed(
     labelled: Callable[[int], Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -92,7 +92,7 @@ class Symptoms(Mapping[str, Value]):
         Raises:
             ValueError: there is no such signal.
         """
-        key, signals = name if isinstance(name, str) else str(name), signal_names()
+        key, signals = _text(name), signal_names()
         if key not in self and key not in signals:
             raise _unknown_error("signal", name, signals)
         return self._number(key)
@@ -163,14 +163,14 @@ class Symptoms(Mapping[str, Value]):
         return self._number(self._node_key(node, heartbeat_entry))
 
     def _topic_key(self, topic: str, entry: Callable[[str], str]) -> str:
-        key = entry(str(topic))
+        key = entry(_text(topic))
         topics = topic_names()
         if key not in self and key not in map(entry, topics):
             raise _unknown_error("topic", topic, topics)
         return key
 
     def _node_key(self, node: str, entry: Callable[[str], str]) -> str:
-        short = base_name(str(node))
+        short = base_name(_text(node))
         key, nodes = entry(short), node_names()
         if key not in self and short not in nodes:
             raise _unknown_error("node", node, nodes)
@@ -195,6 +195,11 @@ def _missing_text(key: object, values: Iterable[str]) -> str:
     names = sorted(known.union(values))
     quoted = shorten(repr(key), 100)
     return f"The blackboard has no entry {quoted}: {suggestion(key, names)}name one of {', '.join(names)}."
+
+
+def _text(name: object) -> str:
+    """Return a name as a plain text, also a member of an enumeration of texts, and whatever is no name."""
+    return str.__str__(name) if isinstance(name, str) else str(name)
 
 
 def _unknown_error(what: str, name: str, known: Iterable[str]) -> ValueError:

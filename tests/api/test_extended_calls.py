@@ -176,6 +176,7 @@ EXTENSION = Extension(
 """
 
 
+@pytest.mark.thorough
 def test_the_report_of_a_folder_is_the_same_without_the_extension_of_its_runs(tmp_path: Path) -> None:
     extension = tmp_path / "relay.py"
     extension.write_text(BLIND)

@@ -137,6 +137,7 @@ def test_curves_are_printed_and_written(
     }
 
 
+@pytest.mark.thorough
 def test_curves_need_no_matplotlib(
     model: Path,
     bag: Path,

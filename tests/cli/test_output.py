@@ -219,7 +219,9 @@ def test_a_terminal_without_arrows_gets_the_table_too(tmp_path: Path) -> None:
     assert b"IoU ?" in done.stdout
 
 
-@pytest.mark.parametrize("noun", ["faults", "managers", "models", "scenarios"])
+@pytest.mark.parametrize(
+    "noun", ["faults", "managers", pytest.param("models", marks=pytest.mark.thorough), "scenarios"]
+)
 def test_every_list_is_there_as_json(noun: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([noun, "list", "--json"]) == 0
 

@@ -64,7 +64,9 @@ entropy_figure({"no fault": Samples(times, np.full(100, 0.1))}, 0.2, Path(sys.ar
 """
 
 
-@pytest.mark.parametrize("back_end", ["agg", "module://of_a_notebook.that_is_not_here"])
+@pytest.mark.parametrize(
+    "back_end", ["module://of_a_notebook.that_is_not_here", pytest.param("agg", marks=pytest.mark.thorough)]
+)
 def test_a_users_settings_of_matplotlib_change_no_figure(tmp_path: Path, back_end: str) -> None:
     pytest.importorskip("matplotlib")
     (tmp_path / "matplotlibrc").write_text("text.usetex: True\nlines.linewidth: 9\nsavefig.dpi: 20\n")

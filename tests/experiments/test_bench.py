@@ -443,6 +443,7 @@ def test_a_folder_without_locks_for_files_is_said_to_be_so(
 NO_SHARED_MEMORY = ["unshare", "--map-root-user", "--mount", "sh", "-c"]
 
 
+@pytest.mark.thorough
 def test_a_campaign_of_one_job_needs_no_shared_memory(tmp_path: Path) -> None:
     closed = "mount -t tmpfs -o ro none /dev/shm && "
     if subprocess.run([*NO_SHARED_MEMORY, f"{closed}true"], check=False, capture_output=True).returncode:

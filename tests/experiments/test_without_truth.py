@@ -47,6 +47,7 @@ def flown(bag: Path, out: Path) -> sunset.Run:
     return sunset.run("hardware_disconnect", "baseline", bag=bag, out=out, duration=8)
 
 
+@pytest.mark.thorough
 def test_a_flight_has_the_quality_of_its_labelled_frames(
     labelled: Callable[[int], Path], tmp_path: Path
 ) -> None:

@@ -173,10 +173,11 @@ def forecast(spec: BenchSpec, like: Path | None = None, *, jobs: int | None = No
             found, source = measured, f"in {like}"
         else:
             source += f", since {like} has no two managing systems with {LEAST_LEVELS} repetitions"
-    asked = plan(replace(spec, references=False, score=False))
+    runs = plan(replace(spec, references=False))
+    asked = [run for run in runs if run.manager_name not in added_managers(spec)]
     design = _design(asked, spec.repetitions)
     return CampaignForecast(
-        runs=MappingProxyType(_counts(spec, len(asked))),
+        runs=MappingProxyType(_counts(spec, len(asked), len(runs))),
         design=design,
         pace_s=_trial_pace(spec, jobs or processors()) if like is None else _pace(like),
         trial=like is None,
@@ -185,18 +186,19 @@ def forecast(spec: BenchSpec, like: Path | None = None, *, jobs: int | None = No
     )
 
 
-def _counts(spec: BenchSpec, asked: int) -> dict[str, int]:
+def _counts(spec: BenchSpec, asked: int, ranked: int) -> dict[str, int]:
     """Return what the runs of a campaign are of, and how many they are.
 
     Args:
         spec: the campaign.
         asked: how many are of the managing systems that it names.
+        ranked: how many are of these and of those that are added for the score.
     """
     names = [label or manager for label, manager in map(split_label, spec.managers)]
     counts = {listed(names): asked}
     if added := added_managers(spec):
-        counts[f"{listed(added)}, for the score"] = len(plan(replace(spec, references=False))) - asked
-    references = len(plan(spec)) - sum(counts.values())
+        counts[f"{listed(added)}, for the score"] = ranked - asked
+    references = len(plan(spec)) - ranked if spec.references else 0
     return counts | ({"the paper's reference rows": references} if references else {})
 
 

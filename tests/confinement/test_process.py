@@ -186,8 +186,12 @@ def test_a_server_that_is_gone_is_one_sentence() -> None:
     with Confinement("programs:run", Path(__file__).parent) as server:
         server._process.kill()
         server._process.wait()
-        with pytest.raises(SunsetError, match=r"has ended: it was killed"):
-            server.start({"name": "nothing"}, View())
+        # at once, or at the first use where another process was forked while the server was started
+        with (
+            pytest.raises(SunsetError, match=r"has ended: it was killed"),
+            server.start({"name": "nothing"}, View()) as process,
+        ):
+            process.wait(_PATIENCE_S)
 
 
 def test_a_process_that_cannot_be_confined_runs_nothing(confinement: Confinement) -> None:

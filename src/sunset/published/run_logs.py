@@ -51,8 +51,7 @@ def log_of_run(folder: Path) -> list[LogRow]:
                 rows.append(LogRow(recorded.time_ns, EVALUATOR, iou=iou))
             case FaultInjection(fault=fault):
                 rows.append(LogRow(recorded.time_ns, EXECUTOR, fault=fault))
-    rows += rule_rows(timeline_of(run, messages), start_ns)
-    return sorted(rows, key=lambda row: row.time_ns)
+    return sorted(rows + rule_rows(timeline_of(run, messages), start_ns), key=lambda row: row.time_ns)
 
 
 @dataclass(frozen=True, slots=True)

@@ -99,9 +99,8 @@ def log_figures(log: Sequence[LogRow], *, own: bool = True) -> LogFigures:
     by_script: dict[str, Sequence[float]] = {"redeploys_unnecessary": (redeploys - needed,)}
     if not refused:
         by_script |= {"t_react_s": reactions, **_counted(rows)}
-    return LogFigures(
-        refused, MappingProxyType(by_script), _own_figures(log) if own and not _problem(log) else {}
-    )
+    by_sunset = _own_figures(log) if own and not _problem(log) else {}
+    return LogFigures(refused, MappingProxyType(by_script), by_sunset)
 
 
 def _problem(log: Sequence[LogRow]) -> str:
@@ -149,8 +148,8 @@ def _own_figures(log: Sequence[LogRow]) -> dict[str, Sequence[float]]:
     if start_ns is None:
         return {}
     seconds = np.array([(row.time_ns - start_ns) / 1e9 for row in log if row.source == EVALUATOR])
-    ious = np.array([row.iou for row in log if row.source == EVALUATOR])
-    ious = ious[(seconds >= 0) & (seconds < DURATION_S)]
+    is_measured = (seconds >= 0) & (seconds < DURATION_S)
+    ious = np.array([row.iou for row in log if row.source == EVALUATOR])[is_measured]
     return {
         "t_down_s": [downtime(seconds, period_s=PERIOD_S, duration_s=DURATION_S)],
         "iou": [float(ious.mean())] if ious.size else [],

@@ -73,9 +73,6 @@ class _Row:
     def own(self) -> dict[str, Quantity | None]:
         return {name: _pooled([log.own.get(name, ()) for log in self.logs]) for name in OWN_FIGURES}
 
-    def line(self, figures: Mapping[str, Quantity | None]) -> Line:
-        return Line(self.label, str(len(self.logs)), tuple(figures.values()))
-
     def to_json(self, *, are_logs: bool) -> dict[str, object]:
         about = {"system": self.label, "logs": len(self.logs), "logs_refused": len(self.refused)}
         return about | _pairs(self.by_script) | ({"own": _pairs(self.own)} if are_logs else {})
@@ -136,12 +133,12 @@ def _arranged(rows: Sequence[_Row], *, are_logs: bool) -> Report:
     blocks, notes = [], []
     counted = [row for row in rows if len(row.refused) < len(row.logs)]
     if counted:
-        lines = [row.line(row.by_script) for row in counted]
+        lines = [Line(row.label, str(len(row.logs)), tuple(row.by_script.values())) for row in counted]
         lines.append(Line("baseline, published", "", tuple(PUBLISHED.values())))
         blocks.append(Block("By the published script", _COLUMNS[:5], tuple(lines), "tab:sunset-paper"))
         notes.append(_METHOD)
     if are_logs:
-        lines = [row.line(row.own) for row in rows]
+        lines = [Line(row.label, str(len(row.logs)), tuple(row.own.values())) for row in rows]
         blocks.append(Block("By SUNSET's definitions", _COLUMNS[3:], tuple(lines), "tab:sunset-logs"))
         notes.append(_OWN_METHOD)
     notes += [

@@ -98,10 +98,12 @@ def test_a_harmed_flight_is_rendered_again(cache: Path, harm: str) -> None:
 def test_the_number_of_processes_and_of_flights_changes_no_byte(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    plans = [PLAN, FlightPlan(town=2, frames=11, size=(18, 32), seed=3)]
+    plans = [FlightPlan(frames=12, size=(36, 64)), FlightPlan(town=2, frames=11, size=(18, 32), seed=3)]
     calls: list[tuple[int, int]] = []
     monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "together"))
-    together = flight_bags([*plans, PLAN], jobs=2, progress=lambda done, total: calls.append((done, total)))
+    together = flight_bags(
+        [*plans, plans[0]], jobs=2, progress=lambda done, total: calls.append((done, total))
+    )
     assert calls == [(done, 23) for done in range(24)]
     assert together[0] == together[2]
     monkeypatch.setenv("SUNSET_CACHE_DIR", str(tmp_path / "alone"))

@@ -1,4 +1,6 @@
 from functools import partial
+from itertools import pairwise
+from statistics import median
 
 from tests.conformance.harness import Harness
 
@@ -31,9 +33,11 @@ def test_timers_follow_the_clock_topic(harness: Harness) -> None:
 def test_without_it_timers_follow_the_system_clock(harness: Harness) -> None:
     harness.start("Clocked")
     times = harness.collect(Header, "/clocked/times")
-    assert harness.spin(lambda: len(times) == 2)
-    first, second = (RosTime.from_msg(time.stamp) for time in times)
-    assert 0.3e9 < (second - first).nanoseconds < 5e9  # a second; a busy computer calls late
+    assert harness.spin(lambda: len(times) == 4)
+    stamps = [RosTime.from_msg(time.stamp) for time in times]
+    # the middle one of three, since a busy computer makes one call late and the time to the next one short
+    period = median((later - stamp).nanoseconds for stamp, later in pairwise(stamps))
+    assert 0.9e9 < period < 1.5e9
 
 
 def test_the_time_of_a_node_goes_on(harness: Harness) -> None:

@@ -174,7 +174,8 @@ def forecast(spec: BenchSpec, like: Path | None = None, *, jobs: int | None = No
         else:
             source += f", since {like} has no two managing systems with {LEAST_LEVELS} repetitions"
     runs = plan(replace(spec, references=False))
-    asked = [run for run in runs if run.manager_name not in added_managers(spec)]
+    added = added_managers(spec)
+    asked = [run for run in runs if run.manager_name not in added]
     design = _design(asked, spec.repetitions)
     return CampaignForecast(
         runs=MappingProxyType(_counts(spec, len(asked), len(runs))),

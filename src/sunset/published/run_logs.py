@@ -64,8 +64,7 @@ class _Rule:
     spells: Sequence[Spell]
 
     def holds_at(self, time_s: float) -> bool:
-        latest = time_s + _TOLERANCE_S
-        return any(spell.holds <= latest < (spell.ended or inf) for spell in self.spells)
+        return any(spell.holds <= time_s + _TOLERANCE_S < (spell.ended or inf) for spell in self.spells)
 
 
 def rule_rows(timeline: Timeline, start_ns: int) -> list[LogRow]:

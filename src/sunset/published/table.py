@@ -65,17 +65,18 @@ class _Row:
     def refused(self) -> list[str]:
         return [log.refused for log in self.logs if log.refused]
 
-    @property
-    def by_script(self) -> dict[str, Quantity | None]:
-        return {name: _pooled([log.by_script.get(name, ()) for log in self.logs]) for name in PUBLISHED}
+    def figures(self, *, own: bool) -> dict[str, Quantity | None]:
+        names = OWN_FIGURES if own else tuple(PUBLISHED)
+        logs = [log.own if own else log.by_script for log in self.logs]
+        return {name: _pooled([log.get(name, ()) for log in logs]) for name in names}
 
-    @property
-    def own(self) -> dict[str, Quantity | None]:
-        return {name: _pooled([log.own.get(name, ()) for log in self.logs]) for name in OWN_FIGURES}
+    def line(self, *, own: bool) -> Line:
+        return Line(self.label, str(len(self.logs)), tuple(self.figures(own=own).values()))
 
     def to_json(self, *, are_logs: bool) -> dict[str, object]:
         about = {"system": self.label, "logs": len(self.logs), "logs_refused": len(self.refused)}
-        return about | _pairs(self.by_script) | ({"own": _pairs(self.own)} if are_logs else {})
+        own = {"own": _pairs(self.figures(own=True))} if are_logs else {}
+        return about | _pairs(self.figures(own=False)) | own
 
 
 def _pooled(logs: Iterable[Sequence[float]]) -> Quantity | None:
@@ -133,12 +134,12 @@ def _arranged(rows: Sequence[_Row], *, are_logs: bool) -> Report:
     blocks, notes = [], []
     counted = [row for row in rows if len(row.refused) < len(row.logs)]
     if counted:
-        lines = [Line(row.label, str(len(row.logs)), tuple(row.by_script.values())) for row in counted]
+        lines = [row.line(own=False) for row in counted]
         lines.append(Line("baseline, published", "", tuple(PUBLISHED.values())))
         blocks.append(Block("By the published script", _COLUMNS[:5], tuple(lines), "tab:sunset-paper"))
         notes.append(_METHOD)
     if are_logs:
-        lines = [Line(row.label, str(len(row.logs)), tuple(row.own.values())) for row in rows]
+        lines = [row.line(own=True) for row in rows]
         blocks.append(Block("By SUNSET's definitions", _COLUMNS[3:], tuple(lines), "tab:sunset-logs"))
         notes.append(_OWN_METHOD)
     notes += [

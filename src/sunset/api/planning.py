@@ -180,7 +180,7 @@ def forecast(spec: BenchSpec, like: Path | None = None, *, jobs: int | None = No
     return CampaignForecast(
         runs=MappingProxyType(_counts(spec, len(asked), len(runs))),
         design=design,
-        pace_s=_trial_pace(spec, jobs or processors()) if like is None else _pace(like),
+        pace_s=_trial_pace(runs, jobs or processors()) if like is None else _pace(like),
         trial=like is None,
         source=source,
         prospects=tuple(_prospect(pair, one, design) for pair, one in found.items()) if design else (),
@@ -254,14 +254,14 @@ def _measured(folder: Path) -> dict[str, Spread]:
     }
 
 
-def _trial_pace(spec: BenchSpec, jobs: int) -> float | None:
+def _trial_pace(planned: Sequence[RunSpec], jobs: int) -> float | None:
     """Return the seconds that a run takes, measured on the campaign's first two; None if it is live.
 
     The second finds most of its inferences in the cache, as most runs of a campaign do.
     """
-    if spec.settings.live:
+    runs = in_turn(planned)
+    if runs[0].settings.live:
         return None
-    runs = in_turn(plan(replace(spec, references=False)))
     prepare(runs[0])
     with TemporaryDirectory(prefix="sunset-") as folder:
         begun_s = perf_counter()

@@ -123,6 +123,7 @@ class Names(str, Enum):  # noqa: UP042  of a StrEnum, str() is the value
     TOPIC = "rgb_camera"
     NODE = "camera"
     SIGNAL = "camera_sharpness"
+    MISTYPED = "camra"
 
 
 def test_a_name_may_be_a_member_of_an_enumeration_of_texts() -> None:
@@ -130,6 +131,8 @@ def test_a_name_may_be_a_member_of_an_enumeration_of_texts() -> None:
     assert symptoms.age(Names.TOPIC) == 0.2
     assert symptoms.state(Names.NODE) == "active"
     assert symptoms.signal(Names.SIGNAL) == 0.5
+    with pytest.raises(ValueError, match="did you mean 'camera'"):
+        symptoms.state(Names.MISTYPED)
 
 
 @pytest.mark.parametrize("name", [None, 3, "x" * 9999], ids=["none", "number", "long"])

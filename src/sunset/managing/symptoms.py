@@ -194,7 +194,7 @@ def _missing_text(key: object, values: Iterable[str]) -> str:
         return f"The blackboard does not have {key!r} yet; symptoms.get({key!r}) is None until it does."
     names = sorted(known.union(values))
     quoted = shorten(repr(key), 100)
-    return f"The blackboard has no entry {quoted}: {suggestion(key, names)}name one of {', '.join(names)}."
+    return f"The blackboard has no entry {quoted}: {suggestion(_text(key), names)}name one of {', '.join(names)}."
 
 
 def _text(name: object) -> str:
@@ -204,6 +204,6 @@ def _text(name: object) -> str:
 
 def _unknown_error(what: str, name: str, known: Iterable[str]) -> ValueError:
     return ValueError(
-        f"There is no {what} {shorten(repr(name), 100)}: {suggestion(name, known)}name one of {', '.join(known)}. "
-        "If an extension adds it, pass --extension."
+        f"There is no {what} {shorten(repr(name), 100)}: {suggestion(_text(name), known)}name one of "
+        f"{', '.join(known)}. If an extension adds it, pass --extension."
     )

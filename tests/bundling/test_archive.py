@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.bundling import Rerun, archive, verify
+from sunset.bundling import Rerun, verify
 from sunset.bundling.archive import write_archive
 from sunset.errors import OutputError, RecordError
 
@@ -57,32 +57,17 @@ def truncated(path: Path) -> None:
 OF_ANOTHER_VERSION = b'{"bundle_version": 2, "managers": {}, "extensions": {}}'
 
 
-def surrounded(before: bytes, after: bytes) -> Make:
-    def make(path: Path) -> None:
-        with_file("a")(path)
-        path.write_bytes(before + path.read_bytes() + after)
-
-    return make
-
-
-def with_comment(path: Path) -> None:
-    with_file("a")(path)
-    with zipfile.ZipFile(path, "a") as archive:
-        archive.comment = b"more"
-
-
 MISTAKES: dict[str, tuple[Make, str]] = {
-    "bytes before it": (surrounded(b"#!/bin/sh\n", b""), "bytes before or after the zip file in it"),
-    "bytes behind it": (surrounded(b"", b"more"), "bytes before or after the zip file in it"),
-    "a comment": (with_comment, "bytes before or after the zip file in it"),
-    "missing": (lambda _: None, "There is no bundle .*x.zip: name a file that 'sunset bundle' wrote."),
-    "folder": (Path.mkdir, "x.zip is a folder: name the zip file that 'sunset bundle' wrote."),
+    "missing": (
+        lambda _: None,
+        r"x.zip cannot be read: No such file or directory; name the zip file that 'sunset bundle' wrote\.",
+    ),
+    "folder": (Path.mkdir, "x.zip cannot be read: Is a directory; name the zip file"),
     "text": (
         lambda path: path.write_text("results"),
-        "is not a zip file, or a damaged one: File is not a zip",
+        "is not a zip file, or is damaged: File is not a zip",
     ),
-    "truncated": (truncated, "is not a zip file, or a damaged one"),
-    "long name": (with_file("x" * 300), "has a file that does not belong below its folder"),
+    "truncated": (truncated, "is not a zip file, or is damaged"),
     "other zip": (with_file("notes.txt"), "It is not a bundle: bundle.json is missing; name a file"),
     "another version": (
         with_file("bundle.json", OF_ANOTHER_VERSION),
@@ -103,20 +88,19 @@ MISTAKES: dict[str, tuple[Make, str]] = {
     "no name": (with_file(""), "does not belong below its folder, ''"),
     "a name that begins with a null": (with_file("\0x"), "does not belong below its folder, ''"),
     "the folder itself": (with_file("."), "does not belong below its folder, '.'"),
-    "data in a folder": (
-        with_file("hidden-dir/", b"some"),
-        "has data in the entry of a folder, 'hidden-dir/'",
-    ),
     "link": (
         with_file("notes", b"/etc", mode=stat.S_IFLNK | 0o777),
-        "has a link, 'notes', and not only files",
+        "has a link, or a file that does not belong below its folder, 'notes'",
     ),
-    "encrypted": (with_directory(8, "<H", 1), "is encrypted: name one that can be read without a password"),
-    "another packing": (with_file("notes", b"some", method=zipfile.ZIP_LZMA), "'notes' with method 14"),
-    "larger than announced": (with_directory(24, "<I", 4), "is not a zip file, or a damaged one: Bad CRC-32"),
+    "encrypted": (with_directory(8, "<H", 1), "is encrypted or compressed in another way, 'notes.txt'"),
+    "another packing": (
+        with_file("notes", b"some", method=zipfile.ZIP_LZMA),
+        "is encrypted or compressed in another way, 'notes'",
+    ),
+    "larger than announced": (with_directory(24, "<I", 4), "is not a zip file, or is damaged: Bad CRC-32"),
     "larger than any": (
         with_directory(24, "<I", 2**31),
-        "would expand to 2147483648 bytes, and one of its size",
+        "would expand to 2147483648 bytes, and a bundle of its size",
     ),
     "two of one name": (twice, "has two files of one name"),
 }
@@ -134,14 +118,6 @@ def test_what_is_not_a_bundle_is_refused(name: str, tmp_path: Path) -> None:
 
     assert re.fullmatch(r"[^\n]*\.", str(caught.value))
     assert {file.name for file in tmp_path.rglob("*")} <= {"room", "x.zip"}
-
-
-def test_what_expands_without_bounds_is_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(archive, "_SMALL", 1000)
-    with_file("zeros", bytes(10**6), method=zipfile.ZIP_DEFLATED)(tmp_path / "x.zip")
-
-    with pytest.raises(RecordError, match="would expand to 1000000 bytes"):
-        verify(tmp_path / "x.zip", Rerun(0, 1))
 
 
 def test_the_same_files_give_the_same_bytes_wherever_they_are(tmp_path: Path) -> None:

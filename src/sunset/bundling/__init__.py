@@ -1,4 +1,4 @@
-"""Campaigns as one file that others can check: packed, opened, computed and run again."""
+"""Campaigns as one file that others can check: packing it and verifying it."""
 
 from sunset.bundling.packing import Bundle, bundle
 from sunset.bundling.rerunning import Rerun

@@ -1,4 +1,4 @@
-"""What is to be cited for a bundle: its authors, SUNSET, and the paper."""
+"""The citation of a bundle: its authors, SUNSET, and the paper."""
 
 import re
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ PAPER_AUTHORS: Final[tuple[tuple[str, str, str], ...]] = (
     ("Hernandez", "Carlos", ""),
     ("Huber", "Tobias", ""),
 )
-"""Family name, given name, ORCID where it is known."""
+"""Family name, given name, ORCID if it is known."""
 
 ANONYMOUS: Final = "anonymous"
 
@@ -34,12 +34,7 @@ _LICENCE_ADDRESS: Final = re.compile(r"https?://\S+")
 
 @dataclass(frozen=True)
 class Author:
-    """Who made a campaign.
-
-    Attributes:
-        name: as it is to be cited.
-        orcid: the address of their ORCID; empty if they gave none.
-    """
+    """An author of a campaign, with the address of the ORCID; empty if there is none."""
 
     name: str
     orcid: str = ""
@@ -47,13 +42,13 @@ class Author:
 
 @dataclass(frozen=True)
 class Citation:
-    """What a bundle is to be cited by.
+    """The citation of a bundle.
 
     Attributes:
-        title: its title.
-        authors: who made it; empty if it is anonymous.
-        licence: the name of a licence as SPDX has it, or its address; empty if there is none.
-        published: the day.
+        title: the bundle's title.
+        authors: empty for an anonymous bundle.
+        licence: its name in SPDX, or its address; empty if there is none.
+        published: the day of publication.
     """
 
     title: str
@@ -61,14 +56,26 @@ class Citation:
     licence: str
     published: date
 
+    def __post_init__(self) -> None:
+        """Check the title and the licence."""
+        if not self.title.isprintable():
+            raise InvalidInputError(
+                f"The title must be one line of printable characters, got {self.title!r}."
+            )
+        known = _LICENCE_NAME.fullmatch(self.licence) or _LICENCE_ADDRESS.fullmatch(self.licence)
+        if self.licence and not known:
+            raise InvalidInputError(
+                f"The licence must be a name of SPDX's, such as CC-BY-4.0, or an address, got {shown(self.licence)}."
+            )
+
     @property
     def licence_address(self) -> str:
         """The address of the licence; empty if there is none."""
-        named = self.licence and not _LICENCE_ADDRESS.fullmatch(self.licence)
-        return f"https://spdx.org/licenses/{self.licence}" if named else self.licence
+        is_name = self.licence and not _LICENCE_ADDRESS.fullmatch(self.licence)
+        return f"https://spdx.org/licenses/{self.licence}" if is_name else self.licence
 
     def to_cff(self) -> str:
-        """Return it in the Citation File Format, version 1.2.0."""
+        """Return the content of a file in the Citation File Format, version 1.2.0."""
         key = "license-url" if self.licence_address == self.licence else "license"
         content = {
             "cff-version": "1.2.0",
@@ -87,50 +94,44 @@ class Citation:
 
 
 def references() -> list[dict[str, object]]:
-    """Return what any bundle cites, as the Citation File Format has it: SUNSET, and the paper."""
+    """Return the references of every bundle, SUNSET and the paper, in the Citation File Format."""
+    software = {"type": "software", "title": SOFTWARE, "version": __version__, "license": "MIT"}
+    paper_authors = [
+        {"family-names": family, "given-names": given} | ({"orcid": orcid} if orcid else {})
+        for family, given, orcid in PAPER_AUTHORS
+    ]
     return [
-        {
-            "type": "software",
-            "title": SOFTWARE,
-            "version": __version__,
-            "license": "MIT",
-            "authors": [{"name": DEVELOPERS}],
-        },
+        software | {"authors": [{"name": DEVELOPERS}]},
         {
             "type": "conference-paper",
             "title": PAPER,
             "year": PAPER_YEAR,
-            "authors": [
-                {"family-names": family, "given-names": given} | ({"orcid": orcid} if orcid else {})
-                for family, given, orcid in PAPER_AUTHORS
-            ],
+            "authors": paper_authors,
             "conference": {"name": VENUE},
         },
     ]
 
 
 def parse_author(text: str) -> Author:
-    """Return the author that a text names: a name, with an ORCID behind it if they have one.
+    """Return the author that a text names: a name, and an optional ORCID after it.
 
     Raises:
-        InvalidInputError: it has no name, or the ORCID's check digit is wrong.
+        InvalidInputError: the name is missing, or the ORCID's check digit is wrong.
 
     >>> parse_author("Ada Lovelace 0000-0002-1825-0097")
     Author(name='Ada Lovelace', orcid='https://orcid.org/0000-0002-1825-0097')
     """
-    match = _ORCID.match(text.strip()) if isinstance(text, str) and text.isprintable() else None
+    match = _ORCID.match(text.strip()) if isinstance(text, str) else None
     name = match["name"] if match else text
     if not isinstance(name, str) or not name.strip() or not name.isprintable():
         raise InvalidInputError(
             f"An author must be a name, with an ORCID behind it if there is one, got {shown(text)}."
         )
-    if match is None:
-        return Author(name.strip())
-    if not _is_orcid(match["id"]):
+    if match and not _is_orcid(match["id"]):
         raise InvalidInputError(
             f"The ORCID {match['id']} of {name} is mistyped: its last digit does not fit the others."
         )
-    return Author(name.strip(), f"https://orcid.org/{match['id']}")
+    return Author(name.strip(), f"https://orcid.org/{match['id']}" if match else "")
 
 
 def _is_orcid(text: str) -> bool:
@@ -142,24 +143,11 @@ def _is_orcid(text: str) -> bool:
     return digits[-1] == "0123456789X"[(12 - total % 11) % 11]
 
 
-def parse_licence(text: str) -> str:
-    """Return a licence that was given by its name or address.
-
-    Raises:
-        InvalidInputError: it is neither.
-    """
-    if text and not (_LICENCE_NAME.fullmatch(text) or _LICENCE_ADDRESS.fullmatch(text)):
-        raise InvalidInputError(
-            f"The licence must be a name of SPDX's, such as CC-BY-4.0, or an address, got {shown(text)}."
-        )
-    return text
-
-
 def parse_date(text: str) -> date:
-    """Return a day that was given as text.
+    """Return a day that was given as text, such as 2026-03-14.
 
     Raises:
-        InvalidInputError: it is not written as 2026-03-14.
+        InvalidInputError: the text is not a day.
     """
     try:
         return date.fromisoformat(text)

@@ -1,12 +1,18 @@
-"""What a bundle's files are called, and what its manifest says."""
+"""The files of a bundle, its manifest, and a bundle that was opened into a folder."""
 
-from pathlib import Path
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
 from typing import Final
 
 import msgspec
 
 from sunset.errors import RecordError
+from sunset.output_files import folder_name
+from sunset.perception import ModelCard
+from sunset.recording import CampaignPlan, read_plan
 from sunset.schemas import convert, read_json
+from sunset.system import System, extended_system
 
 BUNDLE_VERSION: Final = 1
 """The version of the layout of bundles."""
@@ -14,38 +20,35 @@ BUNDLE_VERSION: Final = 1
 MANIFEST_FILE: Final = "bundle.json"
 CHECKSUMS_FILE: Final = "SHA256SUMS"
 CRATE_FILE: Final = "ro-crate-metadata.json"
-"""As the specification of RO-Crate calls it."""
 CITATION_FILE: Final = "CITATION.cff"
 README_FILE: Final = "README.md"
 REPORT_FILE: Final = "report.txt"
 CARD_FILE: Final = "model/card.json"
 CAMPAIGN: Final = "campaign"
-"""The folder that holds the plan and the runs, as in the folder of the campaign itself."""
+"""The folder of the plan and the runs."""
 SCENARIOS: Final = "scenarios"
-"""The folder that holds the scenarios of all runs, by suite, and a split as it was drawn."""
+"""The folder of the scenarios of all runs, by suite, and of a split."""
 
 
 class ManagerSources(msgspec.Struct, frozen=True, kw_only=True):
-    """Where the source of a managing system is.
+    """The source of a managing system in a bundle.
 
     Attributes:
-        files: that its checksum is made of, in this order.
-        load: as what it can be loaded, `path/to/file.py:Class` in the bundle, or `module:Class` from `folder`; empty if
-            it cannot, as a class of a notebook.
-        folder: what the modules are in.
+        files: the files of its checksum, in their order.
+        load: its name for loading: `path/to/file.py:Class` or `exec:COMMAND` with paths in the bundle, or
+            `module:Class`; empty for a class that was passed in Python.
     """
 
     files: tuple[str, ...]
     load: str = ""
-    folder: str = ""
 
 
 class Manifest(msgspec.Struct, frozen=True, kw_only=True):
-    """What `bundle.json` says.
+    """The content of `bundle.json`.
 
     Attributes:
-        bundle_version: of the layout.
-        managers: name in the campaign → where its source is.
+        bundle_version: the version of the layout.
+        managers: name in the campaign → its source.
         extensions: name → the file with its source.
     """
 
@@ -54,12 +57,53 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
     extensions: dict[str, str]
 
 
-def read_manifest(folder: Path) -> Manifest:
-    """Return what the manifest of an opened bundle says.
+def manager_folder(name: str) -> str:
+    """Return the folder of a bundle with the source of a managing system."""
+    return f"managers/{folder_name(name)}"
 
-    Raises:
-        RecordError: it is missing or damaged, does not fit the schema, or is of another version.
-    """
+
+@dataclass(frozen=True)
+class OpenedBundle:
+    """A bundle that was opened into a folder, `root`."""
+
+    root: Path
+    manifest: Manifest
+    plan: CampaignPlan
+    card: ModelCard
+
+    @classmethod
+    def read(cls, root: Path) -> "OpenedBundle":
+        """Read the manifest, the plan and the model's card.
+
+        Raises:
+            InvalidInputError: a file is missing, damaged, or of another version.
+        """
+        return cls(root, _read_manifest(root), read_plan(root / CAMPAIGN), ModelCard.read(root / CARD_FILE))
+
+    def file(self, name: str) -> Path | None:
+        """Return a file that the manifest names; None if the bundle lacks it."""
+        is_inside = not PurePosixPath(name).is_absolute() and ".." not in PurePosixPath(name).parts
+        return self.root / name if is_inside and (self.root / name).is_file() else None
+
+    def extended(self) -> AbstractContextManager[System]:
+        """Return a context in which the managed system has the campaign's extensions; their code runs.
+
+        Raises:
+            ExtensionError: on entering the context: an extension cannot be loaded.
+        """
+        places: list[str | Path] = []
+        for name in self.plan.extensions:
+            file = self.file(self.manifest.extensions.get(name, ""))
+            # an installed extension is not named after a file, and must be installed here, too
+            places.append(file if file is not None and name.endswith(".py") else name)
+        return extended_system(places)
+
+    def text(self, error: object) -> str:
+        """Return a sentence without the name of the temporary folder."""
+        return str(error).replace(f"{self.root}/", "")
+
+
+def _read_manifest(folder: Path) -> Manifest:
     file = folder / MANIFEST_FILE
     missing = f"It is not a bundle: {MANIFEST_FILE} is missing; name a file that 'sunset bundle' wrote."
     content = read_json(file, "The manifest", RecordError, missing=missing)

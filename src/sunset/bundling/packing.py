@@ -1,23 +1,16 @@
 """A campaign as one file that others can check: records, plan, sources, checksums, metadata, citation."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sunset.bundling.archive import check_new, write_archive
 from sunset.bundling.checks import check_campaign
-from sunset.bundling.citation import ANONYMOUS, Author, Citation, parse_author, parse_date, parse_licence
-from sunset.bundling.descriptions import describe_files
-from sunset.bundling.layout import (
-    CAMPAIGN,
-    CARD_FILE,
-    MANIFEST_FILE,
-    REPORT_FILE,
-    SCENARIOS,
-    Manifest,
-)
-from sunset.bundling.sources import find_extension_sources, find_manager_sources
-from sunset.errors import InvalidInputError, RecordError
+from sunset.bundling.citation import ANONYMOUS, Author, Citation, parse_author, parse_date
+from sunset.bundling.crate import describing_files
+from sunset.bundling.layout import CAMPAIGN, CARD_FILE, MANIFEST_FILE, REPORT_FILE, SCENARIOS, Manifest
+from sunset.bundling.sources import Files, find_extension_sources, find_manager_sources
+from sunset.errors import RecordError
 from sunset.evaluation import render_report
 from sunset.experiments import count_runs, scenario_of
 from sunset.flights import FlightSpec
@@ -46,11 +39,11 @@ class Bundle:
     """A bundle that was written.
 
     Attributes:
-        path: of the file.
-        sha256: of the file, in hexadecimal.
-        size: in bytes.
-        runs: how many runs are in it.
-        left_out: a sentence for each thing that is not in it.
+        path: the file.
+        sha256: its SHA-256, in hexadecimal.
+        size: its size in bytes.
+        runs: how many runs it has.
+        left_out: a sentence for each part of the campaign that it lacks.
     """
 
     path: Path
@@ -60,7 +53,7 @@ class Bundle:
     left_out: tuple[str, ...]
 
     def __str__(self) -> str:
-        """Return what was written, in lines."""
+        """Return the lines that `sunset bundle` prints."""
         size = f"{self.size / 1e6:.1f} MB"
         return "\n".join(
             (f"{self.path}: {counted(self.runs, 'run')}, {size}", f"SHA-256 {self.sha256}", *self.left_out)
@@ -77,75 +70,37 @@ def bundle(
     licence: str = "",
     progress: Progress | None = None,
 ) -> Bundle:
-    """Pack a finished campaign into one zip file.
+    """Pack a finished campaign into one zip file, as `sunset.bundle` does; `published` is the day of publication.
 
-    The same campaign, citation and day give the same bytes. What `verify` would find is found before anything is
-    written. The managed system of this process has the extensions of the campaign.
-
-    Args:
-        folder: what `bench` has written.
-        out: the file, which must not exist.
-        published: the day of publication, as 2026-03-14.
-        title: of the bundle; one made of the campaign's plan if empty.
-        authors: a name each, with an ORCID behind it if there is one; anonymous if there are none.
-        licence: under which others may use it, as SPDX calls it, or its address; none if empty.
-        progress: called with (runs that are checked, runs in all).
-
-    Raises:
-        RecordError: the folder holds no campaign, an unfinished one, or one that was changed.
-        InvalidInputError: what the bundle is to be cited by is not usable.
-        ManagerError: a managing system, whose source is needed, cannot be loaded.
-        OutputError: the file exists, or cannot be written.
+    The managed system of this process has the extensions of the campaign.
     """
-    described = _read(folder)
+    plan = _read(folder)
+    named = tuple(map(parse_author, authors))
     citation = Citation(
-        title=title or f"SUNSET campaign: {', '.join(described.managers)} over {described.suite}",
-        authors=tuple(one for one in map(parse_author, authors) if one != Author(ANONYMOUS)),
-        licence=parse_licence(licence),
+        title=title or f"SUNSET campaign: {', '.join(plan.managers)} over {plan.suite}",
+        authors=tuple(author for author in named if author != Author(ANONYMOUS)),
+        licence=licence,
         published=parse_date(published),
     )
-    if not citation.title.isprintable():
-        raise InvalidInputError(
-            f"The title must be one line of printable characters, got {citation.title!r}."
-        )
     check_new(out)
-    card = load_model(described.model).card
-    findings = check_campaign(folder, described, card, progress)
-    if findings.problems or findings.differences:
-        first, *others = (*findings.problems, *findings.differences)
-        more = f" (and {counted(len(others), 'other problem')})" if others else ""
-        raise RecordError(f"The campaign in {folder} cannot be packed{more}: {first}")
-    managers, manager_files, lacking = find_manager_sources(described)
-    extensions, extension_files = find_extension_sources(described)
-    manifest = Manifest(managers=managers, extensions=extensions)
-    places = list(findings.runs)
-    scenarios = _scenario_files(described, findings.runs.values())
-    files = manager_files | extension_files | scenarios | _campaign_files(folder, places)
-    files |= {
-        CARD_FILE: document_text(card.to_json()).encode(),
-        REPORT_FILE: render_report(folder).encode(),
-        MANIFEST_FILE: document_text(manifest).encode(),
-    }
+    runs = _checked_runs(folder, plan, progress)
+    files, lacking = _files(folder, plan, runs)
     sizes = {
         name: len(content) if isinstance(content, bytes) else content.stat().st_size
         for name, content in files.items()
     }
-    files |= {name: text.encode() for name, text in describe_files(described, citation, sizes).items()}
+    files |= {name: text.encode() for name, text in describing_files(plan, citation, sizes).items()}
     return Bundle(
         path=out,
         sha256=write_archive(out, files),
         size=out.stat().st_size,
-        runs=len(places),
-        left_out=(*lacking, *_left_out(described, places)),
+        runs=len(runs),
+        left_out=(*lacking, *_left_out(plan, runs)),
     )
 
 
 def _read(folder: Path) -> CampaignPlan:
-    """Return the plan of a finished campaign, whose extensions are loaded.
-
-    Raises:
-        RecordError: it is not a campaign.
-    """
+    """Return the plan of a finished campaign, whose extensions are loaded."""
     if not (folder / PLAN_FILE).is_file():
         if len(parts := sorted(file.parent for file in folder.glob(f"*/{PLAN_FILE}"))) > 1:
             raise RecordError(
@@ -156,7 +111,7 @@ def _read(folder: Path) -> CampaignPlan:
             f"There is no campaign in {folder}, since {PLAN_FILE} is missing: name the folder that 'sunset bench "
             "--out' wrote."
         )
-    described = read_plan(folder)
+    plan = read_plan(folder)
     done, planned = count_runs(folder) or (0, 0)
     if done < planned:
         raise RecordError(
@@ -165,49 +120,61 @@ def _read(folder: Path) -> CampaignPlan:
         )
     for file in sorted(folder.glob(f"runs/*/*/*/*/{RUN_FILE}"))[:1]:
         check_extensions(read_run(file.parent), file.parent)
-    return described
+    return plan
 
 
-def _campaign_files(folder: Path, places: Sequence[Path]) -> dict[str, Path | bytes]:
-    """Return the plan, and the files of the records, without images."""
-    files = [folder / PLAN_FILE, *(place / name for place in places for name in (RUN_FILE, *BAG_FILES))]
-    return {f"{CAMPAIGN}/{file.relative_to(folder).as_posix()}": file for file in files}
+def _checked_runs(folder: Path, plan: CampaignPlan, progress: Progress | None) -> Mapping[Path, RunRecord]:
+    """Return the runs of a campaign, by folder; raise if `verify` would report a problem."""
+    findings = check_campaign(folder, plan, load_model(plan.model).card, folder, progress)
+    problems = (*findings.problems, *findings.differences)
+    if problems:
+        more = f" (and {counted(len(problems) - 1, 'other problem')})" if len(problems) > 1 else ""
+        raise RecordError(f"The campaign in {folder} cannot be packed{more}: {problems[0]}")
+    return findings.runs
 
 
-def _scenario_files(described: CampaignPlan, runs: Iterable[RunRecord]) -> dict[str, Path | bytes]:
-    """Return the scenarios of the runs, from their records, and the campaign's split if it has one.
+def _files(folder: Path, plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> tuple[Files, list[str]]:
+    """Return the files of a bundle that do not describe it, and a sentence for each missing source."""
+    managers, manager_files, lacking = find_manager_sources(plan)
+    extensions, extension_files = find_extension_sources(plan)
+    records = [folder / PLAN_FILE, *(place / name for place in runs for name in (RUN_FILE, *BAG_FILES))]
+    files: Files = {f"{CAMPAIGN}/{file.relative_to(folder).as_posix()}": file for file in records}
+    files |= manager_files | extension_files | _scenario_files(plan, runs)
+    return files | {
+        CARD_FILE: document_text(load_model(plan.model).card.to_json()).encode(),
+        REPORT_FILE: render_report(folder).encode(),
+        MANIFEST_FILE: document_text(Manifest(managers=managers, extensions=extensions)).encode(),
+    }, lacking
 
-    Raises:
-        RecordError: the split is gone, or was changed.
-    """
-    files: dict[str, Path | bytes] = {}
-    for run in runs:
-        flight = run.flight_conditions if run.flight_conditions and not described.flights else None
+
+def _scenario_files(plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> Files:
+    """Return the scenarios of the runs, from their records, and the campaign's split if it has one."""
+    files: Files = {}
+    for run in runs.values():
+        flight = run.flight_conditions if run.flight_conditions and not plan.flights else None
         scenario = replace(scenario_of(run), flight=FlightSpec.of(flight) if flight else None)
         parts = folder_name(run.suite or "own"), f"{folder_name(base_name(run.scenario))}.yaml"
         files["/".join((SCENARIOS, *parts))] = scenario.to_yaml().encode()
-    if not described.split:
+    if not plan.split:
         return files
-    folder = Path(described.suite)
-    if not folder.is_dir() or split_hash(described.suite) != described.split:
+    folder = Path(plan.suite)
+    if not folder.is_dir() or split_hash(plan.suite) != plan.split:
         raise RecordError(
             f"The campaign cannot be packed: its suite, the split in {folder}, is not here or was changed. Call it in "
             "the folder from which the campaign was run."
         )
-    return files | {
-        f"{SCENARIOS}/split/{file.name}": file for file in (*scenario_files(folder), folder / SPLIT_FILE)
-    }
+    split = (*scenario_files(folder), folder / SPLIT_FILE)
+    return files | {f"{SCENARIOS}/split/{file.name}": file for file in split}
 
 
-def _left_out(described: CampaignPlan, places: Sequence[Path]) -> list[str]:
-    """Return what of a campaign a bundle does not have, in sentences."""
-    kept = sum(1 for place in places if (place / IMAGES_FILE).exists())
+def _left_out(plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> list[str]:
+    kept = sum((place / IMAGES_FILE).exists() for place in runs)
     left_out = [f"The images of {counted(kept, 'run')} are left out: they can be made again."] if kept else []
-    if described.bag is not None:
+    if plan.bag is not None:
         left_out.append(
-            f"The flight {described.bag} is left out: who runs something again needs it (SHA-256 over its files: "
-            f"{described.bag_checksum})."
+            f"The flight {plan.bag} is left out: who runs something again needs it (SHA-256 over its files: "
+            f"{plan.bag_checksum})."
         )
-    if described.model not in list_models():
-        left_out.append(f"The model {described.model} is left out: who runs something again needs it.")
+    if plan.model not in list_models():
+        left_out.append(f"The model {plan.model} is left out: who runs something again needs it.")
     return left_out

@@ -1,14 +1,12 @@
-"""The source of managing systems and extensions: found where a campaign is packed, compared where one is opened."""
+"""The source of managing systems and extensions: collected for a bundle, and compared with the plan."""
 
 import hashlib
 import os
-import re
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
-from typing import Final
 
-from sunset.bundling.layout import MANIFEST_FILE, ManagerSources, Manifest
+from sunset.bundling.layout import ManagerSources, OpenedBundle, manager_folder
 from sunset.errors import ManagerError, RecordError
 from sunset.experiments import campaign_managers
 from sunset.input_files import file_digest
@@ -30,181 +28,125 @@ from sunset.recording import CampaignPlan
 from sunset.system import loaded_extensions
 from sunset.texts import printable
 
-_UNFILED: Final = re.compile(r"unfiled-[0-9]+\.py")
-"""What a class that has no file is packed as, behind the files."""
+Files = dict[str, Path | bytes]
+"""Name in the bundle → a file, or its content."""
 
 
-def find_manager_sources(
-    described: CampaignPlan,
-) -> tuple[dict[str, ManagerSources], dict[str, Path | bytes], list[str]]:
-    """Return where a bundle has the sources of a campaign's managing systems, its files, and what it cannot have.
+def find_manager_sources(plan: CampaignPlan) -> tuple[dict[str, ManagerSources], Files, list[str]]:
+    """Return the sources of a campaign's managing systems, their files, and a sentence for each missing source.
 
     Raises:
-        ManagerError: one cannot be loaded.
-        RecordError: one is not the one that the campaign was run with.
+        ManagerError: a managing system cannot be loaded.
+        RecordError: a managing system has changed since the campaign was run.
     """
-    places: dict[str, ManagerSources] = {}
-    files: dict[str, Path | bytes] = {}
+    sources: dict[str, ManagerSources] = {}
+    files: Files = {}
     lacking: list[str] = []
-    for name, manager in campaign_managers(described).items():
-        known = described.manager_checksums.get(name, "")
+    for name, manager in campaign_managers(plan).items():
+        known = plan.manager_checksums.get(name, "")
         if not known:
             reason = "it is another process" if manager == EXTERNAL else "nothing says what it runs"
             lacking.append(f"The source of {name} is not in the bundle: {reason}.")
             continue
-        try:
-            paths = _paths(manager, known)
-        except (ManagerError, OSError) as error:
-            raise ManagerError(
-                f"The source of the managing system {name} is needed: {str(error).rstrip('.')}. Call it in the folder "
-                "from which the campaign was run; of a class that was passed, call sunset.bundle where it was."
-            ) from error
-        if paths is None:
-            raise RecordError(
-                f"The managing system {name} has changed since the campaign was run, or it imports modules otherwise "
-                "than by import statements: restore its source, and call this again."
-            )
-        found = _named(manager, paths)
-        folder = f"managers/{folder_name(name)}"
-        own = {f"{folder}/{part}": content for part, content in found.items()}
-        places[name] = ManagerSources(files=tuple(own), load=_load(manager, found, folder), folder=folder)
+        parts = _parts(manager, _paths(name, manager, known))
+        folder = manager_folder(name)
+        own = {f"{folder}/{part}": content for part, content in parts.items()}
+        sources[name] = ManagerSources(files=tuple(own), load=_load(manager, parts, folder))
         files |= own
-    return places, files, lacking
+    return sources, files, lacking
 
 
-def _paths(manager: str, known: str) -> list[Path] | None:
-    """Return the files of a managing system that have the known checksum; None if none have. Its code is not run."""
-    candidates = written_files(manager)
-    if is_registered(manager) or manager in MANAGERS:
-        candidates = iter([manager_sources(manager, load_manager(manager))])
-    return next((list(paths) for paths in candidates if checksum(manager, paths) == known), None)
+def _paths(name: str, manager: str, known: str) -> Sequence[Path]:
+    """Return the files of a managing system that have the known checksum, without running its code."""
+    try:
+        candidates = written_files(manager)
+        if is_registered(manager) or manager in MANAGERS:
+            candidates = iter([manager_sources(manager, load_manager(manager))])
+        paths = next((paths for paths in candidates if checksum(manager, paths) == known), None)
+    except (ManagerError, OSError) as error:
+        raise ManagerError(
+            f"The source of the managing system {name} is needed: {str(error).rstrip('.')}. Call it in the folder "
+            "from which the campaign was run; of a class that was passed, call sunset.bundle where it was."
+        ) from error
+    if paths is None:
+        raise RecordError(
+            f"The managing system {name} has changed since the campaign was run, or it imports modules otherwise than "
+            "by import statements: restore its source, and call this again."
+        )
+    return paths
 
 
-def _named(manager: str, paths: list[Path]) -> dict[str, Path | bytes]:
-    """Return the files and texts that a managing system's checksum is made of, by name."""
+def _parts(manager: str, paths: Sequence[Path]) -> Files:
+    """Return the files and texts of a managing system's checksum, by their names below its folder."""
     where = manager.rpartition(":")[0]
-    if manager.startswith(PREFIX):
-        named = (Path(word) for word in parse_command(manager).words[1:])
-        root = _root([*paths, *(path / "inside" for path in named if path.is_dir())], "")
-    else:
-        root = _root(paths, "" if where.endswith(".py") else where.partition(".")[0])
-    parts: dict[str, Path | bytes] = {path.relative_to(root).as_posix(): path for path in paths}
-    others = (unfiled_sources(manager) or []) if is_registered(manager) else []
-    return parts | {f"unfiled-{number}.py": text for number, text in enumerate(others, 1)}
+    folders = [path.parent for path in paths]
+    if manager.startswith(PREFIX):  # a folder that the command names is packed under its name
+        folders += [path for word in parse_command(manager).words[1:] if (path := Path(word)).is_dir()]
+    root = Path(os.path.commonpath(folders)) if folders else Path("/")
+    package = "" if where.endswith(".py") or manager.startswith(PREFIX) else where.partition(".")[0]
+    inside = [folder for folder in (root, *root.parents) if package and folder.name == package]
+    root = inside[0].parent if inside else root
+    parts: Files = {path.relative_to(root).as_posix(): path for path in paths}
+    texts = (unfiled_sources(manager) or []) if is_registered(manager) else []
+    return parts | {f"unfiled-{number}.py": text for number, text in enumerate(texts, 1)}
 
 
 def _load(manager: str, parts: Mapping[str, Path | bytes], folder: str) -> str:
-    """Return as what a managing system is loaded whose files are in a folder of the bundle; empty if it cannot be."""
+    """Return the name by which a managing system is loaded from its folder in the bundle; empty if it cannot be."""
     if is_registered(manager):
         return ""
     if manager.startswith(PREFIX):
-        (root,) = {str(path).removesuffix(part) for part, path in parts.items()}
-        words = _words(manager)
-        found = parse_command(manager).words[-len(words) :]  # without what runs a script
-        words = [
-            str(PurePosixPath(folder, f"{word}/".removeprefix(root)))
-            if _holds(word, parts.values())
-            else typed
-            for typed, word in zip(words, found, strict=True)
-        ]
-        return PREFIX + shlex.join(words)
+        return PREFIX + shlex.join(_packed_words(manager, parts, folder))
     where, _, kind = manager.rpartition(":")
     (main,) = [part for part, path in parts.items() if path == Path(where).resolve()] or [""]
     return f"{folder}/{main}:{kind}" if where.endswith(".py") else manager
 
 
-def _words(manager: str) -> list[str]:
-    """Return the words of a command as they were typed; none of one that no shell can read."""
-    try:
-        return shlex.split(manager.removeprefix(PREFIX))
-    except ValueError:
-        return []
+def _packed_words(manager: str, parts: Mapping[str, Path | bytes], folder: str) -> Iterator[str]:
+    """Yield the words of a command, with paths in the bundle for its files and their folders."""
+    (root,) = {str(path).removesuffix(part) for part, path in parts.items()}
+    typed = shlex.split(manager.removeprefix(PREFIX))
+    words = parse_command(manager).words[-len(typed) :]  # without the interpreter of a script
+    for word, text in zip(words, typed, strict=True):
+        is_packed = any(str(path) == word or str(path).startswith(f"{word}/") for path in parts.values())
+        yield str(PurePosixPath(folder, f"{word}/".removeprefix(root))) if is_packed else text
 
 
-def _holds(word: str, files: Iterable[object]) -> bool:
-    """Return whether a word names one of some files, or a folder with such."""
-    return any(str(file) == word or str(file).startswith(f"{word}/") for file in files)
-
-
-def _root(paths: list[Path], package: str) -> Path:
-    """Return the folder that holds all files, and of a package, the package."""
-    root = Path(os.path.commonpath([path.parent for path in paths])) if paths else Path("/")
-    inside = [folder for folder in (root, *root.parents) if package and folder.name == package]
-    return inside[0].parent if inside else root
-
-
-def find_extension_sources(described: CampaignPlan) -> tuple[dict[str, str], dict[str, Path | bytes]]:
-    """Return where a bundle has the sources of a campaign's extensions, which are loaded, and these files.
+def find_extension_sources(plan: CampaignPlan) -> tuple[dict[str, str], Files]:
+    """Return the places of the sources of a campaign's extensions, which are loaded, and these files.
 
     Raises:
-        RecordError: the source of one is not there any more.
+        RecordError: the source of an extension has changed.
     """
     places: dict[str, str] = {}
-    files: dict[str, Path | bytes] = {}
-    for one in loaded_extensions():
-        source = Path(one.source)
-        if not source.is_file() or file_digest(source) != described.extensions[one.name]:
-            raise RecordError(f"The source of the extension {one.name} has changed since it was loaded.")
-        places[one.name] = f"extensions/{folder_name(one.name)}/{source.name}"
-        files[places[one.name]] = source
+    files: Files = {}
+    for extension in loaded_extensions():
+        source = Path(extension.source)
+        if not source.is_file() or file_digest(source) != plan.extensions[extension.name]:
+            raise RecordError(
+                f"The source of the extension {extension.name} has changed since it was loaded."
+            )
+        place = f"extensions/{folder_name(extension.name)}/{source.name}"
+        places[extension.name], files[place] = place, source
     return places, files
 
 
-def differing_sources(folder: Path, described: CampaignPlan, manifest: Manifest) -> Iterator[str]:
-    """Yield a sentence for each managing system and extension whose source in an opened bundle is not the plan's."""
-    for name, manager in campaign_managers(described).items():
-        known = described.manager_checksums.get(name, "")
-        place = manifest.managers.get(name, ManagerSources(files=()))
-        if known and not _fits(name, manager, place):
-            yield f"{MANIFEST_FILE}: the sources of {name} and how it is loaded do not fit {manager}."
-        if known and sources_digest([_content(folder, file) for file in place.files]) != known:
-            yield f"managers: the source of {name} ({_listed(place.files)}) is not what the plan says it was run with."
-    yield from _differing_extensions(folder, described, manifest)
+def differing_sources(opened: OpenedBundle) -> Iterator[str]:
+    """Yield a sentence for each managing system and extension whose source differs from the plan's checksum."""
+    for name, known in opened.plan.manager_checksums.items():
+        sources = opened.manifest.managers.get(name, ManagerSources(files=()))
+        if known and sources_digest(_content(opened, file) for file in sources.files) != known:
+            yield _difference("managers", name, ", ".join(sources.files))
+    for name, known in opened.plan.extensions.items():
+        file = opened.manifest.extensions.get(name, "")
+        if hashlib.sha256(_content(opened, file)).hexdigest() != known:
+            yield _difference("extensions", name, file)
 
 
-def _differing_extensions(folder: Path, described: CampaignPlan, manifest: Manifest) -> Iterator[str]:
-    for name, known in described.extensions.items():
-        file = manifest.extensions.get(name, "")
-        if PurePosixPath(file).parent.as_posix() != f"extensions/{folder_name(name)}":
-            yield f"{MANIFEST_FILE}: the source of {name} lies in the place of something else."
-        if hashlib.sha256(_content(folder, file)).hexdigest() != known:
-            yield f"extensions: the source of {name} ({_listed([file])}) is not what the plan says it was run with."
+def _difference(kind: str, name: str, files: str) -> str:
+    return f"{kind}: the source of {name} ({printable(files) or 'which is missing'}) differs from the plan's checksum."
 
 
-def _fits(name: str, manager: str, place: ManagerSources) -> bool:
-    """Return whether the files of a managing system lie where they are packed, and give the class that the plan names.
-
-    What was passed as a class is loaded as nothing. The order of the files is that of which the checksum is made.
-    """
-    folder = f"managers/{folder_name(name)}"
-    parts = [PurePosixPath(file) for file in place.files if not _UNFILED.fullmatch(PurePosixPath(file).name)]
-    inside = all(file.startswith(f"{folder}/") for file in place.files) and place.folder == folder
-    ordered = parts == sorted(set(parts))
-    where, _, kind = manager.rpartition(":")
-    loaded, _, loaded_kind = place.load.rpartition(":")
-    if manager.startswith(PREFIX):
-        typed, packed = _words(manager), _words(place.load)
-        fits = place.load.startswith(PREFIX) and len(typed) == len(packed) > 0
-        for word, other in zip(typed, packed, strict=False):
-            same_name = other == folder or PurePosixPath(word).name == PurePosixPath(other).name
-            fits &= word == other or (same_name and _holds(other, place.files))
-    elif where.endswith(".py"):
-        fits = loaded in place.files and (PurePosixPath(loaded).name, loaded_kind) == (Path(where).name, kind)
-    else:
-        fits = place.load in {"", manager}
-    return inside and ordered and fits
-
-
-def _listed(files: Sequence[str]) -> str:
-    return printable(", ".join(files)) or "which is missing"
-
-
-def bundle_file(folder: Path, name: str) -> Path | None:
-    """Return the file of an opened bundle that something in it names; None if there is none in its folder."""
-    inside = not PurePosixPath(name).is_absolute() and ".." not in PurePosixPath(name).parts
-    return folder / name if inside and (folder / name).is_file() else None
-
-
-def _content(folder: Path, name: str) -> bytes:
-    file = bundle_file(folder, name)
+def _content(opened: OpenedBundle, name: str) -> bytes:
+    file = opened.file(name)
     return file.read_bytes() if file is not None else b""

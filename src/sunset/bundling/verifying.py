@@ -1,4 +1,4 @@
-"""Whether what a bundle says is so: every figure from its messages, and some runs from the beginning."""
+"""The verification of a bundle: its files, every figure, and second runs."""
 
 import tempfile
 from collections.abc import Iterator
@@ -6,11 +6,10 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from sunset.bundling.archive import count_files, differing_files, extract_archive
-from sunset.bundling.checks import Findings, check_campaign, is_of_another_version
+from sunset.bundling.archive import differing_files, extract_archive
+from sunset.bundling.checks import Findings, check_campaign
 from sunset.bundling.crate import description_of
-from sunset.bundling.layout import CAMPAIGN, CHECKSUMS_FILE, REPORT_FILE
-from sunset.bundling.opened import OpenedBundle
+from sunset.bundling.layout import CAMPAIGN, CHECKSUMS_FILE, REPORT_FILE, OpenedBundle
 from sunset.bundling.rerunning import Rerun, choose_runs, rerun_run
 from sunset.bundling.sources import differing_sources
 from sunset.errors import DataError, InvalidInputError, RecordError
@@ -24,19 +23,19 @@ from sunset.workers import Progress
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """What was found out about a bundle.
+    """The result of `verify`.
 
     Attributes:
-        path: of the file.
-        sha256: of the file, in hexadecimal.
-        campaign: what it is, in words.
-        checked: what was checked, a line each.
+        path: the file.
+        sha256: its SHA-256, in hexadecimal.
+        campaign: its description.
+        checked: a line for each kind of check.
         unchecked: a sentence for each thing that could not be checked.
-        problems: a sentence for each thing that is damaged, with the file or run that it is about.
-        differences: a sentence for each thing that differs, where another version of SUNSET made the bundle.
+        problems: a sentence for each problem, after the file or run.
+        differences: a sentence for each result that differs, if another version of SUNSET made the bundle.
         recomputed: how many runs' figures were computed again.
-        again: the folders, in the campaign's, of the runs that were run again.
-        seed: by which these were chosen.
+        again: the folders of the runs that were repeated, in the campaign.
+        seed: of their choice.
     """
 
     path: Path
@@ -52,11 +51,11 @@ class Verification:
 
     @property
     def passed(self) -> bool:
-        """Whether everything that was checked is as it should be."""
+        """Whether everything that was checked is in order."""
         return not (self.problems or self.differences)
 
     def __str__(self) -> str:
-        """Return it in lines, the verdict last."""
+        """Return lines of text, the verdict last."""
         lines = [f"{self.path}: {self.campaign}", f"SHA-256 {self.sha256}"]
         lines += [f"checked      {text}" for text in self.checked]
         lines += [f"not checked  {text}" for text in self.unchecked]
@@ -72,7 +71,7 @@ class Verification:
         return printable("\n".join([*lines, verdict]))
 
     def to_json(self) -> dict[str, object]:
-        """Return it as JSON values."""
+        """Return the result as JSON values."""
         return {
             "bundle": str(self.path),
             "sha256": self.sha256,
@@ -89,20 +88,20 @@ class Verification:
 
 
 def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Verification:
-    """Check a bundle: its files, its plan, its sources, every figure, and some runs by running them again.
+    """Check a bundle: its files, its plan, its sources, every figure, and some runs by repeating them.
 
-    Nothing in it is executed, unless it is trusted: its managing systems and extensions are programs.
+    The bundle's managing systems and extensions are programs, and do not run unless `rerun.trust`.
 
     Args:
-        path: of the file.
-        rerun: which runs are run again, and with what.
-        progress: called with (runs that are computed or run again, such runs in all).
+        path: the file.
+        rerun: which runs are repeated, and with what.
+        progress: called with (runs that are computed or repeated, such runs in all).
 
     Raises:
-        RecordError: it is not a bundle, is of another version, or is not fit to be opened.
-        ModelError: the model to run with cannot be used.
+        RecordError: the file is not a bundle, is of another version, or cannot be opened.
+        ModelError: the model cannot be used.
         DataError: there is no such bag.
-        OutputError: there is no space to open it.
+        OutputError: there is no space to open the bundle.
     """
     if rerun.model is not None:
         load_model(rerun.model)
@@ -117,90 +116,75 @@ def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Ver
         except InvalidInputError as error:
             sentence = str(error).replace(f"{root}/", "")
             raise RecordError(f"The bundle {path} cannot be verified: {sentence}") from error
-        problems = [*differing_files(root), *differing_sources(root, opened.described, opened.manifest)]
-        if problems:  # what is trusted is what the campaign was run with
+        problems = [*differing_files(root), *differing_sources(opened)]
+        if problems:  # only the code that the campaign was run with is trusted
             rerun = replace(rerun, trust=False)
         with opened.extended() if rerun.trust else nullcontext():
-            return _verify(path, opened, rerun, problems=problems, room=Path(room), progress=progress)
+            return _verify(path, opened, rerun, problems, progress)
 
 
 def _verify(
-    path: Path,
-    opened: OpenedBundle,
-    rerun: Rerun,
-    *,
-    problems: list[str],
-    room: Path,
-    progress: Progress | None,
+    path: Path, opened: OpenedBundle, rerun: Rerun, problems: list[str], progress: Progress | None
 ) -> Verification:
-    """Check the campaign of a bundle in whose files and sources these problems were found; `room` is for new runs."""
-    described = opened.described
-    total = described.runs + min(rerun.number, described.runs)
+    """Check the campaign of a bundle; `problems` are those of its files and sources."""
+    plan = opened.plan
+    total = plan.runs + min(rerun.number, plan.runs)
 
-    def update(done: int, _: int) -> None:
+    def update(done: int, _: int = 0) -> None:
         if progress is not None:
             progress(done, total)
 
-    findings = check_campaign(opened.campaign, described, opened.card, update)
-    other = is_of_another_version(described)
-    if other:
+    findings = check_campaign(opened.root / CAMPAIGN, plan, opened.card, opened.root, update)
+    if findings.of_another_version:
         findings.unchecked.append(
-            f"SUNSET {described.versions.get('sunset')} made the bundle, and this is {package_version()}: its code "
-            "differs, and so may results. Use that version to tell."
+            f"SUNSET {plan.versions.get('sunset')} made the bundle, and this is {package_version()}: its code differs, "
+            "and so may results. Use that version to tell."
         )
-    problems = [*problems, *(f"{CAMPAIGN}/{problem}" for problem in findings.problems)]
-    differences = [f"{CAMPAIGN}/{difference}" for difference in findings.differences]
-    results = differences if other else problems
-    results += _other_table(opened, findings)
+    findings.results.extend(_differing_table(opened, findings))
     chosen = choose_runs(opened, findings, rerun)
     for done, place in enumerate(chosen, 1):
-        name = place.relative_to(opened.root).as_posix()
-        again = rerun_run(opened, place, findings, rerun, room / f"again-{done}")
-        results += [f"{name}: {text}" for text in again]
-        update(described.runs + done, 0)
+        again = rerun_run(opened, place, findings, rerun, opened.root.with_name(f"again-{done}"))
+        findings.results.extend(f"{place.relative_to(opened.root)}: {text}" for text in again)
+        update(plan.runs + done)
     return Verification(
         path=path,
         sha256=file_digest(path),
-        campaign=description_of(described),
+        campaign=description_of(plan),
         checked=tuple(_checked(opened, findings, rerun, len(chosen))),
         unchecked=tuple(findings.unchecked),
-        problems=tuple(map(opened.text, problems)),
-        differences=tuple(map(opened.text, differences)),
+        problems=tuple(map(opened.text, (*problems, *findings.problems))),
+        differences=tuple(map(opened.text, findings.differences)),
         recomputed=findings.recomputed,
-        again=tuple(place.relative_to(opened.campaign).as_posix() for place in chosen),
+        again=tuple(place.relative_to(opened.root / CAMPAIGN).as_posix() for place in chosen),
         seed=rerun.seed,
     )
 
 
 def _checked(opened: OpenedBundle, findings: Findings, rerun: Rerun, again: int) -> Iterator[str]:
-    described = opened.described
-    yield f"files: {count_files(opened.root)} against {CHECKSUMS_FILE}"
-    yield f"plan: {counted(described.runs, 'run')}, what each is, and that there is no other"
-    yield (
-        f"sources: {counted(len(described.managers), 'managing system')}, "
-        f"{counted(len(described.extensions), 'extension')}"
-    )
+    plan = opened.plan
+    files = counted(sum(file.is_file() for file in opened.root.rglob("*")), "file")
+    yield f"files: {files} against {CHECKSUMS_FILE}"
+    yield f"plan: {counted(plan.runs, 'run')}, what each is, and that there is no other"
+    managers, extensions = len(plan.managers), len(plan.extensions)
+    yield f"sources: {counted(managers, 'managing system')}, {counted(extensions, 'extension')}"
     if findings.recomputed:
         yield f"figures: {counted(findings.recomputed, 'run')}, computed from the messages, and the table"
     if again:
         yield f"again: {counted(again, 'run')}, chosen by --seed {rerun.seed}, compared by digest and figures"
 
 
-def _other_table(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
-    """Yield a sentence if the table in the bundle is not that of its runs."""
+def _differing_table(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
+    """Yield a sentence if the table in the bundle differs from the table of its runs."""
     try:
-        same = read_text(opened.root / REPORT_FILE) == render_report(opened.campaign)
+        is_same = read_text(opened.root / REPORT_FILE) == render_report(opened.root / CAMPAIGN)
     except (OSError, UnicodeDecodeError):
         yield f"{REPORT_FILE}: it is missing, or not a text."
-        return
     except RecordError as error:
         yield f"{REPORT_FILE}: it could not be compared: {error}"
-        return
-    if same:
-        return
-    if findings.extended:
-        yield f"{REPORT_FILE}: it is not the table of the figures that the runs have."
     else:
-        findings.unchecked.append(
-            f"The table in {REPORT_FILE} was not compared, since that needs the campaign's extensions, too."
-        )
+        if not is_same and findings.has_extensions:
+            yield f"{REPORT_FILE}: it differs from the table of the runs' figures."
+        elif not is_same:
+            findings.unchecked.append(
+                f"The table in {REPORT_FILE} was not compared, since that needs the campaign's extensions, too."
+            )

@@ -33,7 +33,7 @@ from sunset.recording import (
     RunRecord,
     StoredRun,
     log_of,
-    told_topics,
+    story_topics,
 )
 from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
@@ -93,7 +93,7 @@ def run_prepared(
     with RecordWriter(folder, images=spec.settings.images, wanted=wanted) as writer:
         conduct = _run_live if spec.settings.live else partial(_run_simulated, played=played)
         outcome = conduct(spec, resources, writer, log=log, known=known)
-        messages = writer.messages(told_topics())
+        messages = writer.messages(story_topics())
         observed = timeline_of(described, messages)
         figures = score(observed)
         shortfall, frames_lost = outcome.shortfall(observed)

@@ -25,7 +25,7 @@ from sunset.metrics import (
 from sunset.published.script import ANALYZER, EVALUATOR, EXECUTED, EXECUTOR, PLANNING, SUCCEEDED, LogRow
 from sunset.recording import check_extensions, measured_topics, read_messages, read_run, timeline_of
 from sunset.recording.timelines import start_of
-from sunset.system import ENTROPY_SIGNAL, LOG_TOPIC, Failure, current_system, full_name
+from sunset.system import ENTROPY_SIGNAL, Failure, current_system, full_name
 
 _LOOK_S: Final = 0.2
 """Time between two looks at a symptom [s]."""
@@ -43,7 +43,7 @@ def log_of_run(folder: Path) -> list[LogRow]:
     run = read_run(folder)
     check_extensions(run, folder)
     messages = read_messages(folder, measured_topics())
-    start_ns = start_of([recorded for recorded in messages if recorded.topic == LOG_TOPIC])
+    start_ns = start_of(messages)
     rows = []
     for recorded in messages:
         match recorded.message:

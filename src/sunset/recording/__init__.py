@@ -1,8 +1,8 @@
-"""The record of a run: every message but the pixels, as a rosbag2, and `run.json`.
+"""The record of a run: every message as a rosbag2, with digests in place of images, and `run.json`.
 
-A record is a folder with three files: `messages.mcap` and `metadata.yaml` are a rosbag2 that ROS 2 tools
-open, `run.json` says what was run and what came out. It appears under its name when it is complete, and two
-runs of the same specification leave the same bytes. A run that keeps its images has a fourth, `images.mcap`.
+A record is a folder with three files: `messages.mcap` and `metadata.yaml` are a rosbag2, which ROS 2 tools open, and
+`run.json` has the run's settings and figures. The folder gets its name when it is complete, and two runs of the same
+specification have the same bytes. A run that keeps its images has a fourth file, `images.mcap`.
 """
 
 from sunset.recording._bag import BAG_FILES
@@ -25,7 +25,7 @@ from sunset.recording.schema import (
     read_run,
     stored_figures,
 )
-from sunset.recording.stored import StoredRun, read_stored_run, told_topics
+from sunset.recording.stored import StoredRun, read_stored_run, story_topics
 from sunset.recording.timelines import measured_topics, timeline
 from sunset.recording.values import RecordedMessage
 from sunset.recording.writer import RecordWriter
@@ -60,7 +60,7 @@ __all__ = [
     "read_stored_run",
     "read_timeline",
     "stored_figures",
+    "story_topics",
     "timeline",
     "timeline_of",
-    "told_topics",
 ]

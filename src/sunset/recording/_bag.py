@@ -1,4 +1,4 @@
-"""Payloads to a rosbag2 and back; the only file here that writes with `rosbags`."""
+"""Writing payloads to a rosbag2 and reading them back; the only file here that writes with `rosbags`."""
 
 import shutil
 from collections.abc import Iterator, Sequence
@@ -31,7 +31,7 @@ _METADATA: Final = "metadata.yaml"
 _DISTRO: Final = "jazzy"
 """The first distribution whose bags have this form."""
 _DIGEST: Final = "/digest"
-"""The suffix of topics with digests: tools expect images on an image's own topic."""
+"""The suffix of topics with digests; ROS 2 tools expect images on the images' own topics."""
 _QOS: Final = Qos(
     history=QosHistory.KEEP_LAST,
     depth=10,
@@ -43,33 +43,32 @@ _QOS: Final = Qos(
     liveliness_lease_duration=QosTime(0, 0),
     avoid_ros_namespace_conventions=False,
 )
-"""What `ros2 bag play` offers for each topic: the default, and that of nearly all of the system's topics."""
+"""The profile that `ros2 bag play` offers for each topic: the default, as of nearly all topics of the system."""
 
 BAG_FILES: Final = (_FILE, _METADATA)
 """The files of the bag in a record's folder."""
 
 
 def stored_topic(topic: str, name: str) -> str:
-    """Return the name in a record's bag of a topic, given the name of its messages' type."""
+    """Return the name of a topic in a record's bag, given the name of its messages' type."""
     return topic + _DIGEST if name == type_name(ImageDigest) else topic
 
 
 class BagWriter:
-    """Writes messages as they come into a bag's file, which stands in an existing folder when it is closed.
+    """Writes messages into a bag's file, which appears in an existing folder when it is closed.
 
-    The bytes depend on the messages, and on the versions of `rosbags` and its compressor; on neither the
-    folder's name nor the clock.
+    The bytes depend on the messages, and on the versions of `rosbags` and its compressor.
 
     Args:
         folder: the folder.
-        files: the file's name, and that of the bag's metadata if it is wanted.
+        files: the file's name, and optionally the name of the bag's metadata.
 
     Raises:
         OutputError: the file cannot be written.
     """
 
     def __init__(self, folder: Path, *files: str) -> None:
-        # the writer names its files after its folder, so it gets one whose name is always the same
+        # rosbags names the files after their folder, so this name must be constant
         self._folder, self._own, self._files = folder, folder / Path(files[0]).stem, files
         self._connections: dict[tuple[str, str], Connection] = {}
         with self._translated():
@@ -78,7 +77,7 @@ class BagWriter:
             self._writer.open()
 
     def add_topic(self, topic: str, name: str) -> Connection:
-        """Make a topic's place in the bag, for messages of the type of a name."""
+        """Add a topic for messages of the named type."""
         kind = get_message(name)
         connection = self._writer.add_connection(
             stored_topic(topic, name),
@@ -100,7 +99,7 @@ class BagWriter:
             raise self._error(error) from error
 
     def close(self) -> None:
-        """Complete the bag's file and give it its place."""
+        """Complete the bag's file and move it to its folder."""
         with self._translated():
             self._writer.close()
         metadata = self._own / _METADATA
@@ -111,7 +110,7 @@ class BagWriter:
         shutil.rmtree(self._own)
 
     def abort(self) -> None:
-        """Let go of the file, which is not complete; after `close` there is nothing to do."""
+        """Close the file if it is incomplete."""
         with suppress(OSError):
             self._writer.abort()
 
@@ -127,11 +126,7 @@ class BagWriter:
 
 
 def write_bag(folder: Path, payloads: Sequence[Payload]) -> None:
-    """Write messages, in order of time, as a rosbag2 into an existing folder.
-
-    Raises:
-        OutputError: the files cannot be written.
-    """
+    """Write messages, in order of time, as a rosbag2 into an existing folder."""
     bag = BagWriter(folder, *BAG_FILES)
     try:
         for topic, name in sorted({(payload.topic, payload.type) for payload in payloads}):
@@ -144,7 +139,7 @@ def write_bag(folder: Path, payloads: Sequence[Payload]) -> None:
 
 
 def read_bag(folder: Path, name: str = _FILE) -> Iterator[Payload]:
-    """Return the messages in a record's folder, or those in another file of it, in order of time.
+    """Return the messages in a file of a record, in order of time.
 
     Raises:
         RecordError: the file is missing, truncated or damaged.

@@ -1,7 +1,7 @@
-"""The images of a run, kept beside its record: a second bag, which viewers for robots open as it is.
+"""The images of a run in a second bag beside its record, which ROS 2 viewers open.
 
-Beside the images it has each number of the blackboard on a topic of its own, which viewers plot. Neither is part of the
-record's digest: the record itself has every image as its digest.
+The bag also has each number of the blackboard on its own topic, for plots. It is not part of the record's digest, since
+the record has the digest of every image.
 """
 
 import struct
@@ -29,33 +29,28 @@ from sunset.recording.values import Payload, RecordedMessage
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
 
 IMAGES_FILE: Final = "images.mcap"
-"""The file of a record's folder that has the images, where they were kept."""
+"""The file of a record with its images, if they were kept."""
 
 _SUFFIX: Final = "/compressed"
-"""As image_transport names the topic of the compressed images of another."""
+"""The suffix of image_transport for topics with compressed images."""
 _TYPE: Final = type_name(CompressedImage)
 _LAYOUTS: Final = {"bgr8": (np.uint8, 3), "16UC1": (np.uint16, 1), "8UC1": (np.uint8, 1)}
-"""Encoding → type and number of channels, of images that are compressed; others are kept as they are."""
-_KINDS: Final = {
-    encoding: (np.dtype(kind), (channels,) if channels > 1 else ())
-    for encoding, (kind, channels) in _LAYOUTS.items()
-}
-"""Encoding → type and last dimensions of the pixels that are read again."""
+"""Encoding → type and number of channels of images that are compressed; others are stored as they are."""
 _PNG: Final = (
     cv2.IMWRITE_PNG_COMPRESSION,
     0,  # the bag compresses it
     cv2.IMWRITE_PNG_FILTER,
-    cv2.IMWRITE_PNG_FILTER_SUB,  # to choose one for every row takes six times as long, and makes the bag no smaller
+    cv2.IMWRITE_PNG_FILTER_SUB,  # a choice for every row takes six times as long, for a bag of the same size
 )
-_KEPT: Final = 16
-"""How many PNG files are at hand for the same pixels on another topic."""
+_REMEMBERED: Final = 16
+"""PNG files that are kept for the same pixels on another topic."""
 
 # A PNG file: a signature, and chunks of length, type, data and checksum (PNG 3, sections 5 and 11.2)
 _SIGNATURE: Final = 8
 _BODY: Final = 33
-"""Where the first chunk, IHDR, ends."""
+"""The end of the first chunk, IHDR."""
 _COLOUR_TYPE: Final = 25
-"""Where IHDR says how pixels are to be read."""
+"""The place of the colour type in IHDR."""
 _GRAY, _INDEXED = 0, 3
 
 _Pixels: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
@@ -66,12 +61,11 @@ class StoredImage:
     """An image that was kept.
 
     Attributes:
-        topic: the full name of the topic; those that the sensor fusion publishes together are `rgb` and `depth` below
-            its topic.
-        time_ns: when it left its publisher, in nanoseconds on the experiment's clock.
-        stamp_ns: of its header.
+        topic: the full name of the topic; the sensor fusion's images are on `rgb` and `depth` below its topic.
+        time_ns: when the image left its publisher, in nanoseconds on the experiment's clock.
+        stamp_ns: the stamp of its header.
         encoding: as of `sensor_msgs/msg/Image`.
-        png: the file that it is kept as.
+        png: the image as a PNG file.
     """
 
     topic: str
@@ -82,24 +76,25 @@ class StoredImage:
 
     @property
     def pixels(self) -> _Pixels:
-        """The pixels as they were published: `bgr8` (H, W, 3) uint8, `16UC1` (H, W) uint16, `8UC1` (H, W) uint8.
+        """The pixels: `bgr8` (H, W, 3) uint8, `16UC1` (H, W) uint16, `8UC1` (H, W) uint8.
 
         Raises:
-            RecordError: the file is damaged, or is not of its encoding.
+            RecordError: the file is damaged, or does not fit its encoding.
         """
-        is_whole = len(self.png) > _BODY
-        decoded = _decoded(_without_palette(self.png)) if is_whole else None
-        if decoded is None or (decoded.dtype, decoded.shape[2:]) != _KINDS.get(self.encoding):
+        decoded = _decoded(_without_palette(self.png)) if len(self.png) > _BODY else None
+        kind, channels = _LAYOUTS.get(self.encoding, (None, 0))
+        shape = (channels,) if channels > 1 else ()
+        if decoded is None or decoded.dtype != kind or decoded.shape[2:] != shape:
             raise RecordError(f"The image on {self.topic} at {self.time_ns} ns is damaged.")
         return cast("_Pixels", decoded)
 
 
 class ImageWriter:
-    """Writes the images of a run, as they come, into a bag of their own in an existing folder.
+    """Writes the images of a run into a bag in an existing folder.
 
     Args:
         folder: the folder.
-        wanted: whether images of a topic are kept; None for all.
+        wanted: whether the images of a topic are kept; None for all.
     """
 
     def __init__(self, folder: Path, wanted: Callable[[str], bool] | None = None) -> None:
@@ -108,7 +103,7 @@ class ImageWriter:
         self._pngs: dict[tuple[object, ...], bytes] = {}
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
-        """Keep what a message has to show: images, and the numbers of the blackboard."""
+        """Keep the images of a message, or the numbers of the blackboard."""
         if isinstance(message, Image):
             self._write_image(topic, time_ns, message)
         elif isinstance(message, SensorFusion):
@@ -130,7 +125,7 @@ class ImageWriter:
         key = image_digest(image.data), image.encoding, *pixels.shape, image.step
         if key not in self._pngs:
             self._pngs[key] = cv2.imencode(".png", pixels, _PNG)[1].tobytes()
-            self._pngs = dict(list(self._pngs.items())[-_KEPT:])
+            self._pngs = dict(list(self._pngs.items())[-_REMEMBERED:])
         png = self._pngs[key]
         if topic in _PALETTES:
             png = _with_palette(png, _PALETTES[topic])
@@ -145,12 +140,12 @@ class ImageWriter:
         self._bag.close()
 
     def abort(self) -> None:
-        """Let go of the bag, which is not complete."""
+        """Close the bag if it is incomplete."""
         self._bag.abort()
 
 
 def without_pixels(message: Message) -> Message:
-    """Return `message` as a record has it: with digests in place of images."""
+    """Return a message with digests in place of images, as records have it."""
     if isinstance(message, Image):
         return _digest_message(message, image_digest(message.data))
     if isinstance(message, SensorFusion):
@@ -171,9 +166,9 @@ def _digest_message(image: Image, digest: bytes) -> ImageDigest:
 def image_digests(messages: Iterable[RecordedMessage]) -> set[tuple[str, int, bytes]]:
     """Return topic, stamp in nanoseconds and digest of each image in a record's messages."""
     return {
-        (one.topic, ns_of(one.message.header.stamp), bytes(one.message.digest))
-        for one in messages
-        if isinstance(one.message, ImageDigest)
+        (recorded.topic, ns_of(recorded.message.header.stamp), bytes(recorded.message.digest))
+        for recorded in messages
+        if isinstance(recorded.message, ImageDigest)
     }
 
 
@@ -181,12 +176,12 @@ def read_images(folder: Path) -> Iterator[StoredImage]:
     """Return the images of a run in order of time.
 
     Raises:
-        RecordError: they were not kept, or the file is damaged.
+        RecordError: the images were not kept, or the file is damaged.
     """
     if not (folder / IMAGES_FILE).exists():
         raise RecordError(f"The record {folder} has no images: run it with --images.")
     for payload in read_bag(folder, IMAGES_FILE):
-        if payload.type == _TYPE:  # an image that is kept as it is may be on a topic of such a name
+        if payload.type == _TYPE:
             message = cast("CompressedImage", payload.decoded().message)
             yield StoredImage(
                 topic=payload.topic.removesuffix(_SUFFIX),
@@ -198,7 +193,7 @@ def read_images(folder: Path) -> Iterator[StoredImage]:
 
 
 def _decoded(png: bytes) -> npt.NDArray[np.generic] | None:
-    """Return the pixels of a PNG file; None if it is damaged, or says that it has more than any image."""
+    """Return the pixels of a PNG file; None if it is damaged."""
     try:
         return cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:
@@ -206,7 +201,7 @@ def _decoded(png: bytes) -> npt.NDArray[np.generic] | None:
 
 
 def _pixels_of(image: Image) -> _Pixels | None:
-    """Return the pixels of an image (H, W, channels); None where PNG has no place for them."""
+    """Return the pixels of an image (H, W, channels); None if PNG cannot store them."""
     if image.encoding not in _LAYOUTS or image.is_bigendian:
         return None
     kind, channels = _LAYOUTS[image.encoding]
@@ -219,27 +214,26 @@ def _pixels_of(image: Image) -> _Pixels | None:
 
 
 _PALETTES: Final = {RESULT_TOPIC: PALETTE.tobytes(), TRUTH_TOPIC: PALETTE[CLASS_OF_CARLA_ID].tobytes()}
-"""Topic → the colours of 256 labels as PNG has them."""
+"""Topic → the colours of 256 labels, as a PNG palette."""
 
 
 def _with_palette(png: bytes, palette: bytes) -> bytes:
-    """Return a PNG file of gray values as one of indices into a palette."""
+    """Return a PNG file with its gray values as indices into a palette."""
     return _head(png, _INDEXED) + _chunk(b"PLTE" + palette) + png[_BODY:]
 
 
 def _without_palette(png: bytes) -> bytes:
-    """Return a PNG file of indices into a palette of 256 colours as one of gray values, and any other as it is."""
+    """Return a PNG file with its indices into a palette of 256 colours as gray values; others are unchanged."""
     if png[_COLOUR_TYPE : _COLOUR_TYPE + 1] != bytes([_INDEXED]):
         return png
     return _head(png, _GRAY) + png[_BODY + len(_chunk(b"PLTE" + bytes(3 * 256))) :]
 
 
 def _head(png: bytes, colour_type: int) -> bytes:
-    """Return how a PNG file begins, with another colour type."""
+    """Return the beginning of a PNG file, with another colour type."""
     header = png[_SIGNATURE + 4 : _COLOUR_TYPE] + bytes([colour_type]) + png[_COLOUR_TYPE + 1 : _BODY - 4]
     return png[:_SIGNATURE] + _chunk(header)
 
 
 def _chunk(content: bytes) -> bytes:
-    """Return a chunk of a PNG file, of its type and data."""
     return struct.pack(">I", len(content) - 4) + content + struct.pack(">I", zlib.crc32(content))

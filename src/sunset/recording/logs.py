@@ -1,4 +1,4 @@
-"""What the nodes of a run logged."""
+"""The log of a run's nodes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,25 +7,23 @@ from typing import Final
 from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.recording.timelines import start_of
 from sunset.recording.values import RecordedMessage
-from sunset.system import LOG_TOPIC
 
 ROSOUT: Final = "/rosout"
 """The topic on which nodes log."""
 
-_INFO: Final = 20
-_SEVERITIES: Final = {10: "DEBUG", _INFO: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
-"""As rcl_interfaces/msg/Log numbers them."""
+_SEVERITIES: Final = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
+"""The numbers of rcl_interfaces/msg/Log."""
 
 
 @dataclass(frozen=True, slots=True)
 class LogLine:
-    """What a node logged.
+    """A line of a node's log.
 
     Attributes:
-        time: when it was logged, in seconds from the injection on; negative before it.
+        time: in seconds from the injection; negative before it.
         severity: such as `INFO` or `WARN`.
-        logger: whose it is: the node's full name with dots in place of slashes, such as `managed_subsystem.camera`.
-        text: what it says.
+        logger: the node's full name with dots in place of slashes, such as `managed_subsystem.camera`.
+        text: the logged text.
     """
 
     time: float
@@ -34,21 +32,21 @@ class LogLine:
     text: str
 
     def __str__(self) -> str:
-        """Return the text, behind the severity if that is another than INFO."""
-        return self.text if self.severity == _SEVERITIES[_INFO] else f"{self.severity}: {self.text}"
+        """Return the text, after the severity unless that is INFO."""
+        return self.text if self.severity == "INFO" else f"{self.severity}: {self.text}"
 
 
 def log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
-    """Return what the nodes of a run logged, in order of time; other messages on the topic are not a log.
+    """Return the log of a run's nodes, in order of time.
 
     Raises:
-        RecordError: the start is missing, or has another type than expected.
+        RecordError: the messages lack the start of the experiment.
     """
-    start_ns = start_of([message for message in messages if message.topic == LOG_TOPIC])
+    start_ns = start_of(messages)
     lines = []
-    for message in messages:
-        entry = message.message
-        if message.topic == ROSOUT and isinstance(entry, Log):
+    for recorded in messages:
+        entry = recorded.message
+        if recorded.topic == ROSOUT and isinstance(entry, Log):
             severity = _SEVERITIES.get(entry.level, str(entry.level))
-            lines.append(LogLine((message.time_ns - start_ns) / 1e9, severity, entry.name, entry.msg))
+            lines.append(LogLine((recorded.time_ns - start_ns) / 1e9, severity, entry.name, entry.msg))
     return tuple(lines)

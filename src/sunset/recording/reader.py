@@ -21,37 +21,33 @@ def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[
         topics: the full names of the topics that are wanted; None for all.
 
     Raises:
-        RecordError: the record is missing, incomplete, damaged, or of another version.
+        RecordError: the record is incomplete, damaged, or of another version.
     """
     expected = read_run(folder).digest
     payloads = list(read_bag(folder))
-    found = digest_of(payloads)
-    if found != expected:
+    digest = digest_of(payloads)
+    if digest != expected:
         raise RecordError(
-            f"The record {folder} is damaged: {RUN_FILE} gives the digest {expected}, the messages {found}."
+            f"The record {folder} is damaged: {RUN_FILE} gives the digest {expected}, the messages {digest}."
         )
     return tuple(payload.decoded() for payload in payloads if topics is None or payload.topic in topics)
 
 
-def first_difference(one: Path, other: Path) -> str:
-    """Return where the messages of two records begin to differ, in words; empty if they do not.
-
-    Raises:
-        RecordError: a record is missing, incomplete, damaged, or of another version.
-    """
-    start_ns = read_run(one).start_ns or 0
-    for ours, theirs in zip_longest(read_bag(one), read_bag(other)):
-        if ours != theirs:
-            first = min(filter(None, (ours, theirs)), key=lambda payload: payload.time_ns)
+def first_difference(folder: Path, other: Path) -> str:
+    """Return where the messages of two records begin to differ, in words; empty if they do not."""
+    start_ns = read_run(folder).start_ns or 0
+    for payloads in zip_longest(read_bag(folder), read_bag(other)):
+        if payloads[0] != payloads[1]:
+            first = min(filter(None, payloads), key=lambda payload: payload.time_ns)
             return f"first at {(first.time_ns - start_ns) / 1e9:.2f} s on {first.topic}"
     return ""
 
 
 def check_extensions(run: RunRecord, folder: Path) -> None:
-    """Check that this process describes the system that a run was made with.
+    """Check that this process has the extensions of a run.
 
     Raises:
-        RecordError: an extension is missing, too many, or another one of the same name.
+        RecordError: an extension is missing, differs, or was not part of the run.
     """
     loaded = {extension.name: extension.checksum for extension in loaded_extensions()}
     recorded = run.extensions or {}
@@ -70,22 +66,14 @@ def check_extensions(run: RunRecord, folder: Path) -> None:
 
 
 def read_timeline(folder: Path) -> Timeline:
-    """Return what the metrics look at, from a record.
-
-    Raises:
-        RecordError: as `read_messages` or `timeline`.
-    """
+    """Return the timeline of a record, as `read_messages` and `timeline`."""
     run = read_run(folder)
     check_extensions(run, folder)
     return timeline_of(run, read_messages(folder, measured_topics()))
 
 
 def timeline_of(run: RunRecord, messages: Sequence[RecordedMessage]) -> Timeline:
-    """Return what the metrics look at, from a record that is read already.
-
-    Raises:
-        RecordError: as `timeline`.
-    """
+    """Return the timeline of a record whose messages were read, as `timeline`."""
     return timeline(
         messages,
         thresholds=run.thresholds,

@@ -1,6 +1,6 @@
-"""What `run.json` and `bench.json` hold: the schema of a stored run and of a campaign's plan.
+"""The schemas of `run.json`, a stored run, and of `bench.json`, a campaign's plan.
 
-The version of a schema changes when an older reader would misread a newer file. What was added since is optional.
+The version of a schema changes when an older reader would misread a newer file. Newer fields are optional.
 """
 
 import dataclasses
@@ -25,14 +25,14 @@ PLAN_VERSION: Final = 1
 """The version of the layout of campaigns' folders."""
 
 RUN_FILE: Final = "run.json"
-"""The file of a run's folder that is there only when the run is complete."""
+"""The file of a run's folder that appears when the run is complete."""
 PLAN_FILE: Final = "bench.json"
-"""The file of a campaign's folder that says what is run in it."""
+"""The file of a campaign's folder with its plan."""
 
 TABLE_REFERENCES: Final = (("nofault", "none"), ("degraded", "none"))
 """The suites and managing systems of the first two rows of the paper's table."""
 SCORE_REFERENCES: Final = ("none", "oracle")
-"""The managing systems that scores are measured between: 0 is the first, 1 the second."""
+"""The managing systems with the scores 0 and 1."""
 
 _REMEDY: Final = "run it again, or use --recompute"
 _Period = Annotated[float, Meta(gt=0.001, le=MOST)]
@@ -44,13 +44,12 @@ class StoredFault(msgspec.Struct, frozen=True, omit_defaults=True):
     """A fault of a scenario.
 
     Attributes:
-        name: its name.
-        value: its strength; True where it has none.
-        at: seconds after the measured time began at which it was to come.
-        until: likewise, at which it was to heal.
-        profile: how its strength went on.
-        after: which fault it was to follow, and how much later.
-        severity: what the strength was to cost, from 1 to 5.
+        value: its strength; True for a fault without strengths.
+        at: its onset, in seconds after the injection.
+        until: when it heals, likewise.
+        profile: the course of its strength.
+        after: the fault that it follows, and the delay.
+        severity: the severity that the scenario asks for, from 1 to 5.
     """
 
     name: str
@@ -62,61 +61,57 @@ class StoredFault(msgspec.Struct, frozen=True, omit_defaults=True):
     severity: int | None = None
 
     def __str__(self) -> str:
-        """Return it in words, such as `sync_issue (4 to 6 s)`."""
+        """Return the fault in words, such as `sync_issue (4 to 6 s)`."""
         begin = f"{self.after['delay']:g} s after {self.after['fault']}" if self.after else f"{self.at:g}"
         if self.until is not None:
             when = f"{begin}, until {self.until:g} s" if self.after else f"{begin} to {self.until:g} s"
         else:
             when = begin if self.after else (f"from {begin} s on" if self.at else "")
         kind = str((self.profile or {}).get("kind", ""))
-        said = ", ".join(filter(None, (when, kind)))
-        return f"{self.name} ({said})" if said else self.name
+        course = ", ".join(filter(None, (when, kind)))
+        return f"{self.name} ({course})" if course else self.name
 
 
 class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """What `run.json` says: what was run, with what, and what came out.
+    """The content of `run.json`: the run, its surroundings, and its results.
 
     Attributes:
-        suite: empty for a scenario of one's own.
-        suite_size: how many scenarios it has, or the campaign's folder of scenarios; 0 if that is not known.
-        alike: the degradations by which runs are clustered; the failures, if there are none.
-        manager_spec: what the managing system was loaded as, where that is not its name.
-        manager_checksum: of the files that it is written in; empty if it has none.
-        manager_versions: of the distributions that it imported when it was loaded, by name; where there are any.
-        manager_failed: how the managing system failed, after which the run went on without one; or why a run has
-            neither messages nor figures: `is_empty`. None if neither is so.
-        missing_walls: which walls around a user's own managing system were missing.
-        evidence: what the managing system looked at.
-        flight: what the flight is called.
-        flight_conditions: under which it was rendered, where they are not those of the default flight.
-        flight_warning: what a reader must know of it, in one sentence; where there is something.
-        bag_size: height and width of the recorded images, in pixels.
-        bag_dropped: how many images have no partner.
-        frame_size: height and width of what the networks take, in pixels.
+        suite: empty for a scenario outside of suites.
+        suite_size: how many scenarios the suite or folder has; 0 if unknown.
+        alike: the degradations by which runs are clustered; without any, the failures.
+        manager_spec: the name by which the managing system was loaded, unless it is `manager`.
+        manager_checksum: of the managing system's files; empty if there is none.
+        manager_versions: the distributions that the managing system imported, by name.
+        manager_failed: how the managing system failed; with `is_empty`, why there are neither messages nor figures.
+        missing_walls: the walls that a user's managing system lacked.
+        evidence: the kind of messages that the managing system used.
+        flight_conditions: for rendering the flight, unless it is the default flight.
+        flight_warning: a sentence for readers of the figures.
+        bag_size: height and width of the recorded images [pixels].
+        bag_dropped: how many images lack a partner.
+        frame_size: height and width of the networks' input [pixels].
         compute_s: the modelled compute time of each node [s]; in the simulation.
-        jitter: the relative half-width of their jitter; in the simulation.
+        jitter: its relative half-width; in the simulation.
         latency_s: how long a message is on its way [s]; in the simulation.
         speed: seconds of `/clock` in a second; live.
-        viewers: nodes that were said to only watch, and could read the truth; where there were any.
+        viewers: nodes that only watch, and could read the truth.
         warm_up_s: healthy operation before the injection [s].
-        duration_s: how long is measured [s].
+        duration_s: the measured time [s].
         period_s: the time between two frames [s].
         expected_frames: how many frames are measured if none is lost.
-        task: of the managing system: `repair`, or `diagnose`, in which adaptations are refused.
-        thinking_s: what every decision of the managing system took of the experiment's time [s]; where it did.
+        task: `repair`, or `diagnose`, in which adaptations are refused.
+        thinking_s: the experiment's time for every decision of the managing system [s].
         entropy_threshold: F4 holds above it.
         sharpness_threshold: F5 holds below it.
-        extensions: of the system's description: name → checksum; where there are any.
+        extensions: name → checksum.
         versions: of everything that the record's bytes may depend on.
-        start_ns: when faults were injected, in nanoseconds of the experiment's clock.
+        start_ns: the time of the injection, in nanoseconds of the experiment's clock.
         metrics: the figures by name; `stored_figures` checks them.
-        fault_outcomes: what became of each fault.
-        computer_kept_up: whether the computer was fast enough; of a live run.
-        frames_lost: how many frames were lost before anything was wrong; of a live run, in which one, or 2 %, may be.
+        computer_kept_up: whether the computer was fast enough; live.
+        frames_lost: how many frames were lost before the injection; live.
         valid: whether the run counts.
-        reason: why it does not; empty if it does.
-        digest: SHA-256 of the messages; the record's writer sets it.
-        record_version: of this schema.
+        reason: why the run does not count.
+        digest: SHA-256 of the messages; `RecordWriter` sets it.
     """
 
     scenario: str
@@ -172,7 +167,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def is_empty(self) -> bool:
-        """Whether it stands in the place of a run that failed as a whole, with neither messages nor figures."""
+        """Whether the run failed as a whole, and left neither messages nor figures."""
         return self.manager_failed is not None and self.start_ns is UNSET
 
     @property
@@ -187,11 +182,10 @@ _Figures = msgspec.defstruct(
 
 
 def read_run(folder: Path) -> RunRecord:
-    """Return what `run.json` of a record says.
+    """Return the content of a record's `run.json`.
 
     Raises:
-        RecordError: the folder is not a complete record, or `run.json` is damaged, does not fit the schema, or is of
-            another version.
+        RecordError: the record is incomplete, damaged, or of another version.
     """
     file = Path(folder) / RUN_FILE
     content = read_json(file, "The file", RecordError, missing=_missing_text(Path(folder)))
@@ -200,7 +194,6 @@ def read_run(folder: Path) -> RunRecord:
 
 
 def _missing_text(folder: Path) -> str:
-    """Return why a folder without `run.json` is not a record, and what was perhaps meant."""
     reason = f"{RUN_FILE} is missing"
     if not folder.exists():
         reason = "there is no such folder"
@@ -210,44 +203,44 @@ def _missing_text(folder: Path) -> str:
 
 
 def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
-    """Return the figures that the `run.json` of a run gives.
+    """Return the figures in a run's `run.json`, by name.
 
     Raises:
-        RecordError: one is missing, or is not one that a run can have.
+        RecordError: a figure is missing or out of range.
     """
     figures = convert(run.metrics, _Figures, str(file), RecordError, remedy=_REMEDY, path=("metrics",))
     return {name: getattr(figures, name) for name in RunMetrics.names()}
 
 
 def differences(run: RunRecord, computed: RunMetrics) -> tuple[str, ...]:
-    """Return the names of what a run's `run.json` says otherwise than it was computed from the messages."""
+    """Return the names of the figures in a run's `run.json` that differ from the computed figures."""
     known = run.metrics
-    figures = [
+    names = [
         name for name, value in computed.to_json().items() if name in known and not _same(known[name], value)
     ]
-    stored, found = (
-        [value for one in outcomes for value in dataclasses.astuple(one)]
+    stored, now = (
+        [value for outcome in outcomes for value in dataclasses.astuple(outcome)]
         for outcomes in (run.fault_outcomes, computed.outcomes)
     )
-    same = len(stored) == len(found) and all(map(_same, stored, found))
-    return (*figures, *([] if same else ["fault_outcomes"]))
+    is_same = len(stored) == len(now) and all(map(_same, stored, now))
+    return (*names, *([] if is_same else ["fault_outcomes"]))
 
 
-def _same(one: object, other: object) -> bool:
-    """Return whether two figures are equal, but for the last digits that another computer may give."""
-    if isinstance(one, float) and isinstance(other, float):
-        return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
-    return one == other
+def _same(stored: object, computed: object) -> bool:
+    """Return whether two figures are equal, but for the last digits, which depend on the computer."""
+    if isinstance(stored, float) and isinstance(computed, float):
+        return math.isclose(stored, computed, rel_tol=1e-9, abs_tol=1e-9)
+    return stored == computed
 
 
 class StoredFlight(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """What a campaign's results depend on of a flight.
+    """The facts about a flight on which a campaign's results depend.
 
     Attributes:
-        conditions: under which it was rendered; none for a bag.
-        entropy_threshold: F4 holds above it there.
-        sharpness_threshold: F5 holds below it there.
-        warning: what a reader must know of it, in one sentence; empty if nothing.
+        conditions: for rendering; UNSET for a bag.
+        entropy_threshold: F4 holds above it.
+        sharpness_threshold: F5 holds below it.
+        warning: a sentence for readers of the figures; empty if there is none.
     """
 
     bag_checksum: str
@@ -258,27 +251,27 @@ class StoredFlight(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
 
 
 class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """What `bench.json` says: whatever a campaign's results may depend on, by name and by content.
+    """The content of `bench.json`: everything on which a campaign's results may depend, by name and by content.
 
     Attributes:
         suite: the suite's name or folder.
-        scenarios: those of it that are run; all if there is none.
+        scenarios: the scenarios of the suite that are run; all if empty.
         scenarios_checksum: of all scenarios that are run.
-        split: the hash that pins the split in the suite's folder; empty if it has none.
-        references: whether the paper's two reference rows are run too.
-        score: whether the managing systems that scores are measured between are run too.
-        manager_checksums: of the files that they are written in, by name.
+        split: the hash of the split in the suite's folder; empty if there is none.
+        references: whether the paper's two reference rows are run, too.
+        score: whether the managing systems of `SCORE_REFERENCES` are run, too.
+        manager_checksums: of the managing systems' files, by name.
         seed: of the first repetition.
-        runs: how many there are in all.
+        runs: the number of all runs.
         model_checksum: of the model's card.
         bag: the bag's path; None for the default flight.
-        flights: those that every scenario is run on, as they were named; each on its own if there is none.
-        flight_facts: what results depend on of each flight but the default one, by its name.
+        flights: the flights of every scenario, as they were named; if empty, each scenario has its own.
+        flight_facts: of each flight but the default flight, by name.
         speed: seconds of `/clock` in a second; live.
-        task: of the managing systems: `repair` or `diagnose`.
-        thinking_s: what every decision of a managing system takes of the experiment's time [s].
+        task: `repair` or `diagnose`.
+        thinking_s: the experiment's time for every decision of a managing system [s].
         versions: of everything that a record's bytes may depend on.
-        extensions: of the system's description: name → checksum.
+        extensions: name → checksum.
     """
 
     plan_version: int
@@ -311,10 +304,10 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
 
 
 def read_plan(folder: Path) -> CampaignPlan:
-    """Return what `bench.json` of a campaign's folder says.
+    """Return the plan of a campaign, the content of `bench.json` in its folder.
 
     Raises:
-        RecordError: it is missing or damaged, does not fit the schema, or is of another version.
+        RecordError: the file is missing, damaged, or of another version.
     """
     file = folder / PLAN_FILE
     content = read_json(file, "The campaign's plan", RecordError)
@@ -322,11 +315,11 @@ def read_plan(folder: Path) -> CampaignPlan:
     return convert(content, CampaignPlan, str(file), RecordError, remedy="restore it, or name a new folder")
 
 
-def _check_version(what: str, content: object, key: str, expected: int, remedy: str) -> None:
-    """Raise if a document is of another version; one that is not an object is refused later."""
+def _check_version(name: str, content: object, key: str, expected: int, remedy: str) -> None:
+    """Raise if an object is of another version."""
     version = content.get(key) if isinstance(content, dict) else expected
     if version != expected:
         raise RecordError(
-            f"{what} is of version {reprlib.repr(version)}, expected {expected}; read it with the SUNSET that wrote "
+            f"{name} is of version {reprlib.repr(version)}, expected {expected}; read it with the SUNSET that wrote "
             f"it, or {remedy}."
         )

@@ -1,9 +1,9 @@
-"""A whole run from its record: what was run, what happened, and what was logged meanwhile."""
+"""A run from its record: its timeline, figures, log, events and faults."""
 
 import io
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Final
 
 from sunset.dataframes import data_frame
 from sunset.errors import RecordError
@@ -12,7 +12,7 @@ from sunset.metrics.score import score
 from sunset.recording.causes import Cause, causes_of
 from sunset.recording.logs import ROSOUT, LogLine, log_of
 from sunset.recording.reader import check_extensions, read_messages, timeline_of
-from sunset.recording.schema import RUN_FILE, RunRecord, differences, read_run, stored_figures
+from sunset.recording.schema import RunRecord, differences, read_run
 from sunset.recording.story import Event, events_of, print_story
 from sunset.recording.timelines import measured_topics
 from sunset.texts import shorten
@@ -20,19 +20,32 @@ from sunset.texts import shorten
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+_SUMMARY: Final = (
+    "scenario",
+    "manager",
+    "manager_failed",
+    "seed",
+    "model",
+    "middleware",
+    "digest",
+    "valid",
+    "reason",
+)
+
 
 @dataclass(frozen=True, slots=True)
 class StoredRun:
-    """A run, as its record tells it.
+    """A run from its record.
 
     Attributes:
-        record: what was run.
-        timeline: what was observed.
-        metrics: the figures, computed from that.
-        log: what all nodes logged, in order of time.
-        differing: the names of the metrics that are stored otherwise than they were computed.
-        events: what happened, in words and in order of time.
-        causes: the faults, with what they showed as and whether they were cured.
+        folder: the record.
+        record: the content of `run.json`.
+        timeline: the observations.
+        metrics: the figures, computed from the timeline.
+        log: the log of all nodes, in order of time.
+        differing: the names of the stored figures that differ from `metrics`.
+        events: in words, in order of time.
+        causes: the faults, with their symptoms and cures.
     """
 
     folder: Path
@@ -45,7 +58,7 @@ class StoredRun:
     causes: tuple[Cause, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Put it in words now, as long as the managed system has the extensions of the run."""
+        """Describe events and causes now, while the managed system has the extensions of the run."""
         object.__setattr__(self, "events", events_of(self.timeline, self.metrics, self.log))
         object.__setattr__(self, "causes", causes_of(self.timeline, self.metrics, self.record.faults))
 
@@ -56,7 +69,7 @@ class StoredRun:
         return text.getvalue().strip("\n")
 
     def __repr__(self) -> str:
-        """Return what was run, and how well it was segmented; without the arrays."""
+        """Return scenario, managing system, seed and IoU, without the arrays."""
         run, iou = self.record, self.metrics.iou
         return (
             f"<{'' if run.valid else 'invalid '}run of {run.scenario}, managing system {run.manager}, seed {run.seed}, "
@@ -79,7 +92,7 @@ class StoredRun:
 
     @property
     def reason(self) -> str:
-        """Why the run does not count; empty where it does."""
+        """Why the run does not count; empty if it does."""
         return self.record.reason
 
     @property
@@ -93,9 +106,9 @@ class StoredRun:
         return self.metrics.executed
 
     def to_frame(self) -> "DataFrame":
-        """Return what was measured over time as a data frame of pandas: one row a sample.
+        """Return all samples as a data frame of pandas, a row each.
 
-        Its columns are `signal` (`iou`, and what nodes report, such as `segmentation_entropy`), `time_s` (from the
+        Its columns are `signal` (`iou`, and the nodes' signals, such as `segmentation_entropy`), `time_s` (from the
         injection on) and `value`.
 
         Raises:
@@ -110,20 +123,16 @@ class StoredRun:
         )
 
     def summary(self) -> dict[str, object]:
-        """Return what `sunset run --json` prints."""
-        names = (
-            *("scenario", "manager", "manager_failed", "seed", "model", "middleware"),
-            *("digest", "valid", "reason"),
-        )
-        return {name: getattr(self.record, name) for name in names} | {"metrics": self.metrics.to_json()}
+        """Return the values that `sunset run --json` prints."""
+        about: dict[str, object] = {name: getattr(self.record, name) for name in _SUMMARY}
+        return about | {"metrics": self.metrics.to_json()}
 
 
 def read_stored_run(folder: Path) -> StoredRun:
-    """Return what the record of a run tells.
+    """Return the run of a record.
 
     Raises:
-        RecordError: as `read_timeline`; `run.json` has a metric that no run can have; or there is nothing to tell,
-            because it failed.
+        RecordError: as `read_timeline`; or the run failed as a whole, so that there is no time line.
     """
     run = read_run(folder)
     if run.is_empty:
@@ -131,20 +140,12 @@ def read_stored_run(folder: Path) -> StoredRun:
             f"The run in {folder} has no time line, since it failed: {shorten(str(run.manager_failed))}"
         )
     check_extensions(run, folder)
-    messages = read_messages(folder, told_topics())
+    messages = read_messages(folder, story_topics())
     timeline = timeline_of(run, messages)
-    figures = score(timeline)
-    stored_figures(run, folder / RUN_FILE)
-    return StoredRun(
-        folder=folder,
-        record=run,
-        timeline=timeline,
-        metrics=figures,
-        log=log_of(messages),
-        differing=differences(run, figures),
-    )
+    metrics = score(timeline)
+    return StoredRun(folder, run, timeline, metrics, log_of(messages), differences(run, metrics))
 
 
-def told_topics() -> frozenset[str]:
-    """Return the full names of the topics that a `StoredRun` is made of."""
+def story_topics() -> frozenset[str]:
+    """Return the full names of the topics that a `StoredRun` needs."""
     return measured_topics() | {ROSOUT}

@@ -1,5 +1,6 @@
-"""From recorded messages to the timeline that the metrics look at."""
+"""From recorded messages to the timeline that the metrics are computed from."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
@@ -43,6 +44,7 @@ from sunset.system import (
     RESULT_TOPIC,
     STATE,
     TRUTH_TOPIC,
+    Signal,
     current_system,
     full_name,
 )
@@ -59,26 +61,26 @@ _OTHERS: Final = (
     TRUTH_TOPIC,
 )
 _TRANSITIONS: Final = "/transition_event"
-"""How the topics end on which managed nodes say what their lifecycle states are."""
-
-_ENDING: Final = ("redeploy", "shutdown")  # commands that end a process, so that nothing of it is left
+"""The ending of the topics with the lifecycle states of managed nodes."""
+_ENDING: Final = ("redeploy", "shutdown")
+"""Commands that end a process with all its settings."""
 
 _M = TypeVar("_M", bound=Message)
 
 
 def measured_topics() -> frozenset[str]:
-    """Return the full names of the topics that a timeline is made of; messages on others do not matter."""
+    """Return the full names of the topics that a timeline needs."""
     return frozenset({*_topics_of_messages(), *_topics_of_states(), *_OTHERS})
 
 
 def _topics_of_messages() -> set[str]:
-    """Return the topics of which only the times of messages matter."""
+    """Return the topics whose messages' times matter, and not their content."""
     failures = current_system().failures.values()
     return {RESULT_TOPIC, *(full_name(failure.topic) for failure in failures if failure.topic)}
 
 
 def _topics_of_states() -> dict[str, str]:
-    """Return the topic on which each managed node says what its lifecycle state is, with the node."""
+    """Return the managed node of each topic with lifecycle states."""
     return {f"{node}{_TRANSITIONS}": node for node in current_system().managed_nodes}
 
 
@@ -90,58 +92,45 @@ def timeline(
     period_s: float = PERIOD_S,
     expected_frames: int = round(DURATION_S / PERIOD_S),
 ) -> Timeline:
-    """Return what the metrics look at, from the messages of one experiment in order of time.
+    """Return the timeline of an experiment from its messages in order of time.
 
-    Time 0 is what the experiment's log gives as its start, the moment at which faults are injected. A
-    message's time is when it left its publisher, an injection's and a command's is their stamp. A frame's
-    is when its true segmentation left the bag, so that it belongs to the moment at which the picture was
-    taken, however late it was evaluated; where the record lacks that, when it was evaluated. Redeploys from before the
-    first frame are left out: the system was being brought up, and they leave nothing behind.
-
-    Args:
-        messages: those on topics that are not among `measured_topics()` do not matter.
-        thresholds: of signals, as `Timeline` has them.
-        duration_s: how long the experiment is [s].
-        period_s: the expected time between two frames [s].
-        expected_frames: how many frames the experiment has.
+    Time 0 is the injection. The time of a message is when it left its publisher; the time of injections and commands
+    is their stamp, and the time of a frame is when its true segmentation left the bag, if it was recorded. Redeploys
+    before the first frame belong to the bring-up, and are left out.
 
     Raises:
-        RecordError: the log lacks the start, or a message does not have the expected type or content.
+        RecordError: the log lacks the start, or a message has another type or invalid content.
     """
-    topics: dict[str, list[RecordedMessage]] = {}
+    topics: dict[str, list[RecordedMessage]] = defaultdict(list)
     for recorded in messages:
-        topics.setdefault(recorded.topic, []).append(recorded)
-    start_ns = start_of(topics.get(LOG_TOPIC, []))
-    diagnostics = topics.get(DIAGNOSTICS_TOPIC, [])
-    evaluated = _evaluated(topics.get(EVALUATION_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns)
+        topics[recorded.topic].append(recorded)
+    start_ns = start_of(topics[LOG_TOPIC])
+    timed = [topic for topic in topics if topic in _topics_of_messages()]
+    signals = current_system().signals.values()
+    evaluated = _evaluated(topics[EVALUATION_TOPIC], topics[TRUTH_TOPIC], start_ns)
     return Timeline(
         duration_s=duration_s,
         period_s=period_s,
-        message_times={
-            topic: _times(recorded, start_ns)
-            for topic, recorded in topics.items()
-            if topic in _topics_of_messages()
-        },
-        samples={
-            signal.name: _samples(diagnostics, signal.node, signal.key, start_ns)
-            for signal in current_system().signals.values()
-        },
+        message_times={topic: _times(topics[topic], start_ns) for topic in timed},
+        samples={signal.name: _samples(topics[DIAGNOSTICS_TOPIC], signal, start_ns) for signal in signals},
         thresholds=thresholds,
-        injections=_injections(topics.get(INJECTIONS_TOPIC, []), topics.get(FAULT_ENDS_TOPIC, []), start_ns),
-        commands=_commands(topics.get(COMMANDS_TOPIC, []), topics.get(TRUTH_TOPIC, []), start_ns),
+        injections=_injections(topics[INJECTIONS_TOPIC], topics[FAULT_ENDS_TOPIC], start_ns),
+        commands=_commands(topics[COMMANDS_TOPIC], topics[TRUTH_TOPIC], start_ns),
         settings=_settings(topics, start_ns),
-        diagnoses=_diagnoses(topics.get(DIAGNOSIS_TOPIC, []), start_ns),
-        frames=_frames([one for one in evaluated if one[1].truth.any()]),
-        without_truth=np.array([time for time, one in evaluated if not one.truth.any()], dtype=np.float64),
+        diagnoses=_diagnoses(topics[DIAGNOSIS_TOPIC], start_ns),
+        frames=_frames([frame for frame in evaluated if frame[1].truth.any()]),
+        without_truth=np.array(
+            [time for time, frame in evaluated if not frame.truth.any()], dtype=np.float64
+        ),
         expected_frames=expected_frames,
     )
 
 
 def content_of(recorded: RecordedMessage, kind: type[_M]) -> _M:
-    """Return a recorded message, which must be of a type.
+    """Return the content of a recorded message.
 
     Raises:
-        RecordError: it is of another one.
+        RecordError: the message is not of this type.
     """
     if not isinstance(recorded.message, kind):
         raise RecordError(
@@ -155,50 +144,52 @@ def _seconds(time_ns: int, start_ns: int) -> float:
     return (time_ns - start_ns) / 1e9
 
 
-def _times(recorded: Sequence[RecordedMessage], start_ns: int) -> npt.NDArray[np.float64]:
-    return np.array([_seconds(message.time_ns, start_ns) for message in recorded], dtype=np.float64)
+def _times(messages: Sequence[RecordedMessage], start_ns: int) -> npt.NDArray[np.float64]:
+    return np.array([_seconds(recorded.time_ns, start_ns) for recorded in messages], dtype=np.float64)
 
 
-def start_of(log: Sequence[RecordedMessage]) -> int:
-    """Return the moment at which faults are injected, in nanoseconds, from the messages on `LOG_TOPIC`.
+def start_of(messages: Iterable[RecordedMessage]) -> int:
+    """Return the time of the injection, in nanoseconds, from the messages of an experiment.
 
     Raises:
-        RecordError: they lack it.
+        RecordError: the experiment's log lacks it.
     """
-    for recorded in log:
-        entry = content_of(recorded, msg.ExperimentLogging)
-        if (entry.source, entry.rule_name) == (EXPERIMENT, "start"):
-            return entry.timestamp
+    for recorded in messages:
+        if recorded.topic == LOG_TOPIC:
+            entry = content_of(recorded, msg.ExperimentLogging)
+            if (entry.source, entry.rule_name) == (EXPERIMENT, "start"):
+                return entry.timestamp
     raise RecordError(f"The record does not say when the experiment began: no 'start' on {LOG_TOPIC}.")
 
 
-def _samples(diagnostics: Sequence[RecordedMessage], node: str, key: str, start_ns: int) -> Samples:
-    found = [
-        (_seconds(recorded.time_ns, start_ns), _number(pair.value, node, key))
+def _samples(diagnostics: Sequence[RecordedMessage], signal: Signal, start_ns: int) -> Samples:
+    pairs = [
+        (_seconds(recorded.time_ns, start_ns), _number(pair.value, signal))
         for recorded in diagnostics
         for status in content_of(recorded, DiagnosticArray).status
-        if status.hardware_id == node
+        if status.hardware_id == signal.node
         for pair in status.values
-        if pair.key == key
+        if pair.key == signal.key
     ]
-    times, values = np.array(found, dtype=np.float64).reshape(len(found), 2).T.copy()
+    times, values = np.array(pairs, dtype=np.float64).reshape(len(pairs), 2).T.copy()
     return Samples(times, values)
 
 
-def _number(text: str, node: str, key: str) -> float:
+def _number(text: str, signal: Signal) -> float:
     try:
         return float(text)
     except ValueError as error:
-        raise RecordError(f"The {key} that {node} reports must be a number, got {text!r}.") from error
+        raise RecordError(
+            f"The {signal.key} that {signal.node} reports must be a number, got {text!r}."
+        ) from error
 
 
 def _injections(
-    recorded: Sequence[RecordedMessage], ends: Sequence[RecordedMessage], start_ns: int
+    messages: Sequence[RecordedMessage], ends: Sequence[RecordedMessage], start_ns: int
 ) -> tuple[Injection, ...]:
-    found = [content_of(message, msg.FaultInjection) for message in recorded]
     injections = [
         Injection(
-            # live, the clock of the node that injects may be a tick behind that of the node that lets it
+            # live, the clocks of two nodes may differ by a tick
             time=max(0.0, _seconds(ns_of(injection.stamp), start_ns)),
             fault=injection.fault,
             failure=injection.failure,
@@ -206,15 +197,14 @@ def _injections(
             internal=injection.internal,
             redeploy_only=injection.redeploy_only,
         )
-        for injection in found
+        for injection in (content_of(recorded, msg.FaultInjection) for recorded in messages)
         if injection.confirmed
     ]
     injections.sort(key=lambda injection: injection.time)
-    for recorded_end in ends:
-        end = content_of(recorded_end, msg.FaultEnd)
-        # nor may the clock of the node that says so be behind that by which the adaptation that ended it was seen
-        time = max(0.0, _seconds(max(ns_of(end.stamp), recorded_end.time_ns), start_ns))
-        # a fault is there once at a time, so that it is the last that came before
+    for recorded in ends:
+        end = content_of(recorded, msg.FaultEnd)
+        # live, the adaptation that ended the fault may have been seen after the stamp
+        time = max(0.0, _seconds(max(ns_of(end.stamp), recorded.time_ns), start_ns))
         began = [
             place
             for place, injection in enumerate(injections)
@@ -231,10 +221,9 @@ def _injections(
 
 
 def _commands(
-    recorded: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
+    messages: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
 ) -> tuple[Command, ...]:
     first_ns = truths[0].time_ns if truths else 0
-    found = [content_of(message, msg.Command) for message in recorded]
     commands = [
         Command(
             time=_seconds(ns_of(command.stamp), start_ns),
@@ -245,14 +234,14 @@ def _commands(
             values=tuple(command.values),
             successful=command.successful,
         )
-        for command in found
+        for command in (content_of(recorded, msg.Command) for recorded in messages)
         if ns_of(command.stamp) >= first_ns or command.kind not in _ENDING
     ]
     return tuple(sorted(commands, key=lambda command: command.time))
 
 
 def _settings(topics: Mapping[str, Sequence[RecordedMessage]], start_ns: int) -> tuple[Setting, ...]:
-    found = []
+    settings = []
     for recorded in chain.from_iterable(topics.get(topic, []) for topic in PARAMETER_TOPICS):
         event, time = content_of(recorded, ParameterEvent), _seconds(recorded.time_ns, start_ns)
         if event.node not in current_system().managed_nodes:
@@ -261,49 +250,50 @@ def _settings(topics: Mapping[str, Sequence[RecordedMessage]], start_ns: int) ->
             for parameter in parameters:
                 value = scalar_of(parameter.value)
                 if value is not None:
-                    found.append(Setting(time, event.node, parameter.name, ros_text(value), declared))
+                    settings.append(Setting(time, event.node, parameter.name, ros_text(value), declared))
     for topic, node in sorted(_topics_of_states().items()):
         for recorded in topics.get(topic, []):
             state = content_of(recorded, TransitionEvent).goal_state.label
-            found.append(Setting(_seconds(recorded.time_ns, start_ns), node, STATE, state))
-    return tuple(sorted(found, key=lambda setting: setting.time))
+            settings.append(Setting(_seconds(recorded.time_ns, start_ns), node, STATE, state))
+    return tuple(sorted(settings, key=lambda setting: setting.time))
 
 
-def _diagnoses(recorded: Sequence[RecordedMessage], start_ns: int) -> tuple[Diagnosis, ...]:
-    """Return what was published on a managing system's own topic; what is not a diagnosis does not count."""
+def _diagnoses(messages: Sequence[RecordedMessage], start_ns: int) -> tuple[Diagnosis, ...]:
+    """Return the diagnoses on a managing system's own topic; messages of other types are ignored."""
     return tuple(
         Diagnosis(
-            _seconds(diagnosis.time_ns, start_ns),
-            dict(zip(diagnosis.message.faults, map(float, diagnosis.message.probabilities), strict=False)),
+            _seconds(recorded.time_ns, start_ns),
+            dict(zip(recorded.message.faults, map(float, recorded.message.probabilities), strict=False)),
         )
-        for diagnosis in recorded
-        if isinstance(diagnosis.message, msg.Diagnosis)
+        for recorded in messages
+        if isinstance(recorded.message, msg.Diagnosis)
     )
 
 
 def _evaluated(
     evaluations: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
 ) -> list[tuple[float, msg.FrameEvaluation]]:
-    """Return when each picture was taken [s], with its evaluation, in order of time."""
+    """Return the time of each frame [s], with its evaluation, in order of time."""
     taken_ns = {ns_of(content_of(truth, msg.ImageDigest).header.stamp): truth.time_ns for truth in truths}
-    found = []
+    frames = []
     for recorded in evaluations:
         evaluation = content_of(recorded, msg.FrameEvaluation)
         for row in (evaluation.intersection, evaluation.predicted, evaluation.truth):
             if len(row) != NUMBER_OF_CLASSES:
                 raise RecordError(f"A frame's counts must be of {NUMBER_OF_CLASSES} classes, got {len(row)}.")
         time_ns = taken_ns.get(ns_of(evaluation.header.stamp), recorded.time_ns)
-        found.append((_seconds(time_ns, start_ns), evaluation))
-    return sorted(found, key=lambda item: item[0])
+        frames.append((_seconds(time_ns, start_ns), evaluation))
+    return sorted(frames, key=lambda frame: frame[0])
 
 
-def _frames(found: Sequence[tuple[float, msg.FrameEvaluation]]) -> Frames:
+def _frames(evaluated: Sequence[tuple[float, msg.FrameEvaluation]]) -> Frames:
+    evaluations = [evaluation for _, evaluation in evaluated]
     return Frames(
-        times=np.array([time for time, _ in found], dtype=np.float64),
-        iou=np.array([evaluation.iou for _, evaluation in found], dtype=np.float64),
-        intersection=_counts([evaluation.intersection for _, evaluation in found]),
-        predicted=_counts([evaluation.predicted for _, evaluation in found]),
-        truth=_counts([evaluation.truth for _, evaluation in found]),
+        times=np.array([time for time, _ in evaluated], dtype=np.float64),
+        iou=np.array([evaluation.iou for evaluation in evaluations], dtype=np.float64),
+        intersection=_counts([evaluation.intersection for evaluation in evaluations]),
+        predicted=_counts([evaluation.predicted for evaluation in evaluations]),
+        truth=_counts([evaluation.truth for evaluation in evaluations]),
     )
 
 

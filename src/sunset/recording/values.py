@@ -1,4 +1,4 @@
-"""The values that a record is made of."""
+"""Recorded messages, decoded and as stored."""
 
 import hashlib
 from collections.abc import Iterable
@@ -16,8 +16,8 @@ class RecordedMessage:
 
     Attributes:
         topic: the full name of the topic.
-        time_ns: when it left its publisher, in nanoseconds on the experiment's clock.
-        message: its content; a `system_interfaces/msg/ImageDigest` where the topic carries images.
+        time_ns: when the message left its publisher, in nanoseconds on the experiment's clock.
+        message: the content; in place of an image, a `system_interfaces/msg/ImageDigest`.
     """
 
     topic: str
@@ -26,10 +26,7 @@ class RecordedMessage:
 
 
 class Payload(Struct, frozen=True, array_like=True, gc=False):
-    """A message in a record as it is stored: with the name of its type, and its CDR.
-
-    A run has thousands, which Python's collector of garbage need not look at.
-    """
+    """A message as a record stores it: with the name of its type, and its CDR."""
 
     topic: str
     type: str
@@ -40,7 +37,7 @@ class Payload(Struct, frozen=True, array_like=True, gc=False):
         """Return the message.
 
         Raises:
-            RecordError: the type is unknown, or the bytes are not of it.
+            RecordError: the type is unknown, or the bytes do not fit it.
         """
         try:
             return RecordedMessage(self.topic, self.time_ns, deserialize(self.cdr, get_message(self.type)))

@@ -25,14 +25,13 @@ _HANDED_OVER: Final = "messages"
 class RecordWriter:
     """Collects the messages of a run and writes its record.
 
-    Messages are kept in memory, serialized, until `close`, and stored in order of time; those of the same
-    time stay in the order in which they came. Meanwhile a hidden folder beside the final one shows that
-    the record can be written. As a context manager, the writer removes it unless `close` was reached.
+    Messages are kept in memory, serialized, until `close`, and stored in order of time, and of `write` for the same
+    time. Until then, a hidden folder reserves the place. As a context manager, the writer removes it without `close`.
 
     Args:
-        folder: the record's folder, which must not exist, or be empty; its parents are made.
-        images: whether images are kept too, as of `ImageWriter`.
-        wanted: whether those of a topic are; None for all.
+        folder: the record's folder, which must not exist, or be empty.
+        images: whether images are kept, too.
+        wanted: whether the images of a topic are kept; None for all.
 
     Raises:
         OutputError: the folder holds something already, or cannot be made.
@@ -48,7 +47,7 @@ class RecordWriter:
         self._payloads: list[Payload] = []
         self._keeps_images = images
         self._wanted = wanted
-        self._images: ImageWriter | None = None  # made by the process that has something to write
+        self._images: ImageWriter | None = None  # opened by the process that writes
         self._closed = False
         with _translated(self._folder):
             if self._folder.exists() and (not self._folder.is_dir() or any(self._folder.iterdir())):
@@ -56,12 +55,12 @@ class RecordWriter:
             self._lock = _take_folder(self._partial, self._folder)
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
-        """Add a message that left its publisher at a time; of an image, the digest.
+        """Add a message, of an image the digest.
 
         Args:
             topic: the full name of the topic.
-            time_ns: nanoseconds on the experiment's clock, at least 0.
-            message: not kept, so it may be changed afterwards.
+            time_ns: when the message left its publisher, in nanoseconds on the experiment's clock.
+            message: the message, which may be changed afterwards.
 
         Raises:
             InterfaceError: the message does not fit its definition.
@@ -83,25 +82,21 @@ class RecordWriter:
         return digest_of(self._in_order())
 
     def messages(self, topics: Collection[str]) -> tuple[RecordedMessage, ...]:
-        """Return the messages on some topics so far, in order of time: the same that `read_messages` returns."""
+        """Return the messages on some topics so far, as `read_messages` does."""
         return tuple(payload.decoded() for payload in self._in_order() if payload.topic in topics)
 
     def hand_over(self) -> None:
-        """Leave the messages so far in the hidden folder, where the writer of a forking process can take them over.
-
-        Raises:
-            OutputError: there is no space or no permission.
-        """
+        """Leave the messages in the hidden folder, for the writer of the process that forked this process."""
         with _translated(self._folder):
             if self._images is not None:
                 self._images.close()
             (self._partial / _HANDED_OVER).write_bytes(msgspec.msgpack.encode(self._payloads))
 
     def take_over(self) -> None:
-        """Take the messages that a forked process has left.
+        """Take the messages that a forked process left.
 
         Raises:
-            RecordError: they are missing or damaged.
+            RecordError: the messages are missing or damaged.
         """
         left = self._partial / _HANDED_OVER
         try:
@@ -113,14 +108,11 @@ class RecordWriter:
             ) from error
 
     def close(self, run: RunRecord) -> RunRecord:
-        """Write the record and give it its final name.
-
-        Returns:
-            What was run and what came out, with the `digest` of the messages.
+        """Write the record, give it its final name, and return `run` with the `digest` of the messages.
 
         Raises:
-            RecordError: `run` has a value that JSON does not know, such as NaN, or the record is closed.
-            OutputError: there is no space, no permission, or the folder was filled meanwhile.
+            RecordError: `run` has a value that JSON lacks, such as NaN, or the record is closed.
+            OutputError: the record cannot be written, or the folder was filled meanwhile.
         """
         if self._closed:
             raise RecordError(f"The record {self._folder} is closed already.")
@@ -139,10 +131,7 @@ class RecordWriter:
     def adopt(self, files: Mapping[str, bytes]) -> None:
         """Write files, name → content, and give the record its final name.
 
-        For a record made elsewhere, pass all its files.
-
-        Raises:
-            OutputError: there is no space, no permission, or the folder was filled meanwhile.
+        For a record from another computer, pass all its files.
         """
         with _translated(self._folder):
             for name, content in files.items():
@@ -152,7 +141,7 @@ class RecordWriter:
         self._release()
 
     def abort(self) -> None:
-        """Remove what was written so far; after `close` there is nothing to remove."""
+        """Remove an unfinished record."""
         if not self._closed:
             if self._images is not None:
                 self._images.abort()
@@ -175,12 +164,12 @@ class RecordWriter:
 
 
 def _take_folder(folder: Path, record: Path) -> int:
-    """Make an empty folder that is this process's as long as it holds the open file that this returns.
+    """Make an empty folder, and return an open file that reserves it for this process.
 
-    What a run that was killed has left in it is removed; no other run writes to it meanwhile.
+    Files of a run that was killed are removed.
 
     Raises:
-        OutputError: another process writes to it.
+        OutputError: another process has reserved the folder.
     """
     import fcntl  # noqa: PLC0415  not on every system
 
@@ -203,7 +192,6 @@ def _take_folder(folder: Path, record: Path) -> int:
 
 @contextmanager
 def _translated(folder: Path) -> Iterator[None]:
-    """Turn the operating system's errors into ours."""
     try:
         yield
     except OSError as error:

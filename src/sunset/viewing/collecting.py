@@ -13,7 +13,6 @@ from sunset.recording.story import Event, figures_of
 from sunset.recording.timelines import start_of
 from sunset.system import (
     BAG_PLAYER,
-    LOG_TOPIC,
     STATE,
     TRUTH_TOPIC,
     WINDOW,
@@ -62,7 +61,7 @@ def run_view(
         RecordError: a message does not have the expected type.
     """
     record = run.record
-    start_ns = start_of([one for one in messages if one.topic == LOG_TOPIC])
+    start_ns = start_of(messages)
     first_ns = next((one.time_ns for one in messages if one.topic == TRUTH_TOPIC), None)
     warm_up = 0.0 if record.warm_up_s is UNSET else record.warm_up_s
     start = -warm_up if first_ns is None else min((first_ns - start_ns) / 1e9, 0.0)

@@ -1,6 +1,5 @@
 """What a page knows of a run is what its record has."""
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -8,14 +7,14 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from tests.viewing.conftest import TEN, Shown, data_of
+from tests.viewing.conftest import Shown, data_of
+from tests.viewing.unpacking import unpack
 
 import sunset
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.recording import StoredImage, read_images, read_messages
 from sunset.viewing import Viewed, page_text
 from sunset.viewing.document import Page, PicturesView, RunView
-from sunset.viewing.labels import unpack
 
 pytestmark = pytest.mark.xdist_group("viewing")  # the runs that are shown are made once
 
@@ -240,17 +239,6 @@ def _difference(data: bytes, image: StoredImage) -> float:
 def _stated_loss(pictures: PicturesView) -> float:
     before, _, _ = pictures.note.partition(" of 255")
     return float(before.rpartition(" ")[2])
-
-
-def test_pictures_of_another_run_are_remarked_upon(ten: Shown, view: RunView, tmp_path: Path) -> None:
-    other = sunset.run(TEN, out=tmp_path / "other", seed=2, images=True, duration=2)
-
-    remark = data_of(page_text([Viewed.of(ten.run, other.folder)]))["runs"][0]["remark"]
-
-    assert "Pictures of another run" not in view.remark
-    assert re.search(
-        r"Pictures of another run are shown: \d+ of \d+ are not those that the messages are", remark
-    )
 
 
 def test_what_happened_is_told_in_sentences(view: RunView) -> None:

@@ -12,13 +12,13 @@ import msgspec
 import numpy as np
 import pytest
 from tests.viewing.conftest import Both, Shown, data_of
+from tests.viewing.unpacking import unpack
 
 import sunset
 from sunset.errors import OutputError, RecordError
 from sunset.recording import StoredImage
 from sunset.viewing import Viewed, page_text, write_page
 from sunset.viewing.document import Page
-from sunset.viewing.labels import unpack
 from sunset.viewing.pictures import Source, make_pictures
 from sunset.viewing.words import compared
 

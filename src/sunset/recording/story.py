@@ -152,7 +152,8 @@ def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> 
         if injection.cured_away is not None and injection.cured_away < end_s:
             yield injection.cured_away, "cured", f"{injection.fault} was cured while it was away"
     for episode in metrics.failures:
-        symptom = f"{episode.failure} {_cause(episode)}{system.failures[episode.failure].symptom}"
+        cause = "" if episode.injected else f"({cause_of(episode)}) "
+        symptom = f"{episode.failure} {cause}{system.failures[episode.failure].symptom}"
         # episodes that began before the injection are cut at 0
         since = ", since before the injection" if episode.holds == 0 else ""
         yield episode.holds, "symptom", symptom + since
@@ -170,10 +171,11 @@ def _events(timeline: Timeline, metrics: RunMetrics, log: Sequence[LogLine]) -> 
     yield end_s, "end", f"end of the experiment; {state}"
 
 
-def _cause(episode: Episode) -> str:
+def cause_of(episode: Episode) -> str:
+    """Return the cause of an episode: `injected`, `ripple` or `not injected`."""
     if episode.injected:
-        return ""
-    return "(ripple) " if episode.failure in current_system().outages else "(not injected) "
+        return "injected"
+    return "ripple" if episode.failure in current_system().outages else "not injected"
 
 
 def _resolution(episode: Episode) -> str:

@@ -1,6 +1,6 @@
-"""From the record of a run to what the page knows of it."""
+"""From the record of a run to its view in a page."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -9,7 +9,7 @@ from msgspec import UNSET
 from sunset.metrics import Samples, Settings
 from sunset.metrics.downtime import TOLERANCE_S
 from sunset.recording import RecordedMessage, StoredRun
-from sunset.recording.story import Event, figures_of
+from sunset.recording.story import Event, cause_of, figures_of, remarks_of
 from sunset.recording.timelines import start_of
 from sunset.system import (
     BAG_PLAYER,
@@ -17,7 +17,6 @@ from sunset.system import (
     TRUTH_TOPIC,
     WINDOW,
     MovingMean,
-    Signal,
     current_system,
     find_fault,
     full_name,
@@ -38,31 +37,31 @@ from sunset.viewing.document import (
     StateView,
     TopicView,
 )
-from sunset.viewing.frames import foreign_pictures, frames_view
+from sunset.viewing.frames import frames_view
 from sunset.viewing.pictures import Placed
-from sunset.viewing.words import described, outcome_of, remark, story
+from sunset.viewing.words import described, outcome_of, story
 
 _DIGITS = 6
-"""Of times in seconds: to the microsecond."""
+"""Digits of times in seconds, to the microsecond."""
 
 
 def run_view(
     run: StoredRun, messages: Sequence[RecordedMessage], placed: Sequence[Placed], note: str
 ) -> RunView:
-    """Return what the page knows of a run.
+    """Return the view of a run.
 
     Args:
-        run: what its record tells; the managed system of this process has its extensions.
-        messages: all of the record, in order of time.
-        placed: where the pictures of its images are.
-        note: what else is remarked of it.
+        run: the run; the managed system of this process has its extensions.
+        messages: all messages of the record, in order of time.
+        placed: the places of its images' pictures.
+        note: a remark about its pictures.
 
     Raises:
         RecordError: a message does not have the expected type.
     """
     record = run.record
     start_ns = start_of(messages)
-    first_ns = next((one.time_ns for one in messages if one.topic == TRUTH_TOPIC), None)
+    first_ns = next((recorded.time_ns for recorded in messages if recorded.topic == TRUTH_TOPIC), None)
     warm_up = 0.0 if record.warm_up_s is UNSET else record.warm_up_s
     start = -warm_up if first_ns is None else min((first_ns - start_ns) / 1e9, 0.0)
     end = record.duration_s
@@ -70,7 +69,7 @@ def run_view(
         manager=record.manager,
         described=described(record),
         story=story(run),
-        remark=" ".join(text for text in (remark(run), note, foreign_pictures(messages, placed)) if text),
+        remark=" ".join(filter(None, (*remarks_of(record, run.differing), note))),
         start=round(start, _DIGITS),
         end=end,
         period=record.period_s,
@@ -89,16 +88,20 @@ def run_view(
 
 
 def _happening(event: Event) -> Happening:
-    """Return an event, in which others may have written anything."""
     time, kind, text = event
     return Happening(time, kind, printable(shorten(text)))
 
 
 def _lifecycle(run: StoredRun, node: str, span: Span) -> list[StateView]:
-    """Return the lifecycle states of a managed node, one after the other; empty if it reports none."""
-    changes = [one for one in run.timeline.settings if one.name == STATE and short_name(one.node) == node]
+    """Return the lifecycle states of a managed node in order of time; may be empty."""
+    changes = [
+        setting
+        for setting in run.timeline.settings
+        if setting.name == STATE and short_name(setting.node) == node
+    ]
     states: list[StateView] = []
-    for change, until in zip(changes, [*(one.time for one in changes[1:]), span[1]], strict=False):
+    ends = [*(change.time for change in changes[1:]), span[1]]
+    for change, until in zip(changes, ends, strict=False):
         first, last = max(change.time, span[0]), min(until, span[1])
         if first < last and states and states[-1].state == change.value:
             first = states.pop().since
@@ -110,17 +113,17 @@ def _lifecycle(run: StoredRun, node: str, span: Span) -> list[StateView]:
 def _faults(run: StoredRun) -> list[FaultView]:
     views, settings, end = [], Settings(run.timeline.settings), run.record.duration_s
     for name in dict.fromkeys(injection.fault for injection in run.timeline.injections):
-        known = find_fault(name)  # that of a record may be of another version
-        injections = [one for one in run.timeline.injections if one.fault == name]
+        fault = find_fault(name)  # None if the record is of another version
+        injections = [injection for injection in run.timeline.injections if injection.fault == name]
         spans = [
-            (one.time, end if one.ended is None else min(one.ended, end))
-            for one in injections
-            if one.time < end
+            (injection.time, end if injection.ended is None else min(injection.ended, end))
+            for injection in injections
+            if injection.time < end
         ]
         views.append(
             FaultView(
                 name=name,
-                description=known.description if known else "",
+                description=fault.description if fault else "",
                 failure=injections[0].failure,
                 node=short_name(injections[0].node),
                 spans=spans,
@@ -131,8 +134,6 @@ def _faults(run: StoredRun) -> list[FaultView]:
 
 
 def _failures(run: StoredRun) -> list[FailureView]:
-    causes = {(True, True): "injected", (True, False): "injected", (False, True): "ripple"}
-    outages = current_system().outages
     return [
         FailureView(
             name=failure.name,
@@ -144,7 +145,7 @@ def _failures(run: StoredRun) -> list[FailureView]:
                     began=episode.began,
                     holds=episode.holds,
                     ended=episode.ended,
-                    cause=causes.get((episode.injected, failure.name in outages), "not injected"),
+                    cause=cause_of(episode),
                     outcome=outcome_of(episode),
                 )
                 for episode in run.episodes
@@ -169,36 +170,33 @@ def _adaptations(run: StoredRun) -> list[AdaptationView]:
 
 def _signals(run: StoredRun) -> list[SignalView]:
     failures = {failure.signal: failure.name for failure in current_system().failures.values()}
-    return [
-        _signal(
-            signal, run.timeline.samples.get(name, Samples()), run.timeline.thresholds, failures.get(name, "")
+    views = []
+    for name, signal in current_system().signals.items():
+        samples = run.timeline.samples.get(name, Samples())
+        moving = MovingMean(WINDOW.gap_s + TOLERANCE_S)
+        pairs = zip(samples.times.tolist(), samples.values.tolist(), strict=True)
+        means = [moving.add(*pair) for pair in pairs]
+        views.append(
+            SignalView(
+                name=name,
+                unit=signal.unit,
+                threshold=run.timeline.thresholds.get(signal.threshold_name),
+                below=signal.below,
+                failure=failures.get(name, ""),
+                times=_rounded(samples.times),
+                values=_digits(samples.values),
+                means=[None if mean is None else float(f"{mean:.5g}") for mean in means],
+            )
         )
-        for name, signal in current_system().signals.items()
-    ]
-
-
-def _signal(signal: Signal, samples: Samples, thresholds: Mapping[str, float], failure: str) -> SignalView:
-    moving = MovingMean(WINDOW.gap_s + TOLERANCE_S)
-    pairs = zip(samples.times.tolist(), samples.values.tolist(), strict=True)
-    means = [moving.add(*pair) for pair in pairs]
-    return SignalView(
-        name=signal.name,
-        unit=signal.unit,
-        threshold=thresholds.get(signal.threshold_name),
-        below=signal.below,
-        failure=failure,
-        times=_rounded(samples.times),
-        values=_digits(samples.values),
-        means=[None if mean is None else float(f"{mean:.5g}") for mean in means],
-    )
+    return views
 
 
 def _topics(messages: Sequence[RecordedMessage], start_ns: int) -> list[TopicView]:
     system = current_system()
     times: dict[str, list[float]] = {full_name(name): [] for name in system.topics}
-    for one in messages:
-        if one.topic in times:
-            times[one.topic].append(round((one.time_ns - start_ns) / 1e9, _DIGITS))
+    for recorded in messages:
+        if recorded.topic in times:
+            times[recorded.topic].append(round((recorded.time_ns - start_ns) / 1e9, _DIGITS))
     return [TopicView(topic, system.publishers.get(topic, BAG_PLAYER), sent) for topic, sent in times.items()]
 
 

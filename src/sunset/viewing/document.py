@@ -1,6 +1,6 @@
-"""What the page knows of runs: the schema of the JSON in it.
+"""The schema of the JSON in a page.
 
-Times are seconds from the injection on, negative before it. A span is a pair of times, from and to.
+Times are in seconds from the injection, negative before it. A span is a pair of times, from and to.
 """
 
 import msgspec
@@ -10,13 +10,7 @@ Span = tuple[float, float]
 
 
 class Happening(msgspec.Struct, frozen=True):
-    """Something at a moment.
-
-    Attributes:
-        time: when.
-        kind: `fault`, `healed`, `symptom`, `adaptation`, `cured`, `log` or `end`.
-        text: in words.
-    """
+    """An event; its kind is `fault`, `healed`, `symptom`, `adaptation`, `cured`, `log` or `end`."""
 
     time: float
     kind: str
@@ -24,14 +18,7 @@ class Happening(msgspec.Struct, frozen=True):
 
 
 class FaultView(msgspec.Struct, frozen=True):
-    """An injected fault.
-
-    Attributes:
-        failure: what it shows as, such as `F1`.
-        node: where it lives.
-        spans: when it was there.
-        around: when adaptations made up for it while it was there.
-    """
+    """A fault with its failure and node, when it was there, and when adaptations worked around it."""
 
     name: str
     description: str
@@ -45,11 +32,10 @@ class EpisodeView(msgspec.Struct, frozen=True):
     """An episode of a failure.
 
     Attributes:
-        began: when the failure began, before its symptom held.
-        holds: when its symptom began to hold.
-        ended: when it stopped; None if it held to the end.
+        began: before the symptom held.
+        ended: None if the episode lasted to the end.
         cause: `injected`, `ripple` or `not injected`.
-        outcome: who or what resolved it, in words.
+        outcome: its end, in words.
     """
 
     began: float
@@ -60,7 +46,7 @@ class EpisodeView(msgspec.Struct, frozen=True):
 
 
 class FailureView(msgspec.Struct, frozen=True):
-    """A failure, such as F1, with the episodes of a run; `topic` is the full name of the one that stops, if any."""
+    """A failure with its episodes; `topic` is the full name of the topic that stops, if any."""
 
     name: str
     description: str
@@ -70,7 +56,7 @@ class FailureView(msgspec.Struct, frozen=True):
 
 
 class AdaptationView(msgspec.Struct, frozen=True):
-    """An executed adaptation; `resolved` are the failures of the episodes that it resolved."""
+    """An executed adaptation, and the failures of the episodes that it resolved."""
 
     time: float
     text: str
@@ -82,10 +68,10 @@ class SignalView(msgspec.Struct, frozen=True):
     """A signal over time.
 
     Attributes:
-        threshold: the mean beyond it is a symptom; None if there is none.
-        below: whether the symptom is a mean below the threshold.
-        failure: the failure that it shows; empty if none.
-        means: of the last five samples; None where there are too few.
+        threshold: the limit of the mean, beyond which there is a symptom.
+        below: whether there is a symptom below the threshold.
+        failure: the failure with this symptom; empty if there is none.
+        means: of the last five samples; None for too few samples.
     """
 
     name: str
@@ -99,7 +85,7 @@ class SignalView(msgspec.Struct, frozen=True):
 
 
 class TopicView(msgspec.Struct, frozen=True):
-    """When messages left on a topic."""
+    """The times of messages on a topic, and its publisher."""
 
     name: str
     node: str
@@ -122,7 +108,7 @@ class NodeView(msgspec.Struct, frozen=True):
 
 
 class Figure(msgspec.Struct, frozen=True):
-    """A figure of a run, as the time line prints it."""
+    """A figure at the end of the time line."""
 
     name: str
     value: str
@@ -130,12 +116,12 @@ class Figure(msgspec.Struct, frozen=True):
 
 
 class Panel(msgspec.Struct, frozen=True):
-    """One of the pictures that are shown of every frame.
+    """A place for a picture of every frame.
 
     Attributes:
-        kind: `colour`, `depth`, `labels` or `difference`, which is made of the labels and the truth.
-        pictures: the place of each frame's picture among all; -1 where there is none.
-        beside: likewise, of a second picture that is shown with it; empty if there is none.
+        kind: `colour`, `depth`, `labels`, `given` or `difference`, which the page makes from labels and truth.
+        pictures: the index of each frame's picture; -1 if it is missing.
+        beside: likewise, of a second picture in the same place; may be empty.
     """
 
     name: str
@@ -150,9 +136,8 @@ class FramesView(msgspec.Struct, frozen=True):
     """The frames of a run.
 
     Attributes:
-        times: when each was taken.
-        stamps: the stamps of their headers, in nanoseconds, as texts: they may be larger than a script's numbers.
-        iou: of each; None where it was not evaluated.
+        stamps: of their headers, in nanoseconds, as texts, since scripts lack such large numbers.
+        iou: of each frame; None if it was not evaluated.
     """
 
     times: list[float]
@@ -162,15 +147,14 @@ class FramesView(msgspec.Struct, frozen=True):
 
 
 class RunView(msgspec.Struct, frozen=True):
-    """One run.
+    """A run.
 
     Attributes:
-        described: what was run, in a line, but the managing system.
-        story: what happened, in some sentences.
+        described: the run in a line, without the managing system.
+        story: a summary, a sentence each.
+        remark: why the run does not count, or lacks pictures; may be empty.
         start: the time of the first frame.
         end: the duration.
-        remark: how the managing system failed, why the run does not count, why there are no pictures; empty if all is
-            well.
         iou: times and values of all evaluated frames.
     """
 
@@ -195,20 +179,14 @@ class RunView(msgspec.Struct, frozen=True):
 
 
 class LabelClass(msgspec.Struct, frozen=True):
-    """A class and the colour in which it is shown, as CSS writes it."""
+    """A class and its colour in CSS."""
 
     name: str
     colour: str
 
 
 class DepthScale(msgspec.Struct, frozen=True):
-    """How depth is shown.
-
-    Attributes:
-        near: what is nearer has the first colour [m].
-        far: what is further has the last one [m].
-        colours: evenly spaced on a logarithmic scale.
-    """
+    """The colours of depths from `near` to `far` [m], evenly spaced on a logarithmic scale."""
 
     near: float
     far: float
@@ -219,10 +197,10 @@ class PicturesView(msgspec.Struct, frozen=True):
     """All pictures of the page, each once.
 
     Attributes:
-        width: of the pictures as they are stored, in pixels.
+        width: of the stored labels [pixels].
         height: likewise.
-        note: how they differ from the originals.
-        classes: the indices of the classes that are seen, the frequent ones first.
+        note: the loss of the pictures.
+        classes: the indices of the visible classes, the frequent classes first.
         data: WebP of colour and depth, packed class indices of labels; in base64.
     """
 
@@ -235,11 +213,10 @@ class PicturesView(msgspec.Struct, frozen=True):
 
 
 class Page(msgspec.Struct, frozen=True):
-    """All that the page knows.
+    """The content of a page.
 
     Attributes:
-        title: what the page shows.
-        comparison: what differs between two runs, in some sentences; empty if there is one.
+        comparison: the differences between two runs, a sentence each; empty for a single run.
         opening: the moment that is shown first.
     """
 

@@ -1,6 +1,6 @@
-"""The frames of a run, and which pictures belong to each."""
+"""The frames of a run and their pictures."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation, ImageDigest
-from sunset.recording import RecordedMessage, image_digests
+from sunset.recording import RecordedMessage
 from sunset.recording.timelines import content_of
 from sunset.system import (
     EVALUATION_TOPIC,
@@ -25,11 +25,11 @@ from sunset.viewing.pictures import LABELS, Placed
 _FUSED: Final = full_name("sensors_fused")
 _GIVEN: Final = (f"{_FUSED}/rgb", f"{_FUSED}/depth")
 _NOT_SHOWN: Final = frozenset({*SENSOR_TOPICS, full_name("rgb_enhanced")})
-"""What comes before the sensors' faults, and what the fusion passes on."""
+"""Topics before the sensors' faults, and the enhanced images, which the fusion passes on."""
 
 
 class _Words(NamedTuple):
-    """What is said of a picture; `topics` are those that it is of, the second one beside the first."""
+    """The description of a panel, and the topics of its picture and of a picture beside it."""
 
     title: str
     explanation: str
@@ -79,10 +79,7 @@ _WORDS: Final[Mapping[str, _Words]] = MappingProxyType(
         ),
     }
 )
-"""The pictures that are shown of every run, by name and in their order."""
-
-_COMPARED: Final = {topic for words in _WORDS.values() for topic in words.topics} - set(_GIVEN)
-"""The topics whose pictures are compared with the digests in messages; those of the fusion are of both together."""
+"""The panels of every run, by name and in their order."""
 
 
 def is_shown(topic: str) -> bool:
@@ -93,22 +90,22 @@ def is_shown(topic: str) -> bool:
 def frames_view(
     messages: Iterable[RecordedMessage], start_ns: int, end: float, placed: Sequence[Placed], period: float
 ) -> FramesView:
-    """Return the frames of a run, with the pictures that were taken at the same moment.
+    """Return the frames of a run, with their pictures.
 
     Args:
         messages: of the record.
-        start_ns: when faults were injected.
-        end: the duration; what was taken later is left out [s].
-        placed: where the pictures of images are; empty if there are none.
+        start_ns: the time of the injection.
+        end: the duration; later frames are left out [s].
+        placed: the places of the images' pictures; may be empty.
         period: the time between two frames [s].
     """
     taken: dict[int, int] = {}
     iou: dict[int, float] = {}
-    for one in messages:
-        if one.topic == TRUTH_TOPIC:
-            taken.setdefault(ns_of(content_of(one, ImageDigest).header.stamp), one.time_ns)
-        elif one.topic == EVALUATION_TOPIC:
-            evaluation = content_of(one, FrameEvaluation)
+    for recorded in messages:
+        if recorded.topic == TRUTH_TOPIC:
+            taken.setdefault(ns_of(content_of(recorded, ImageDigest).header.stamp), recorded.time_ns)
+        elif recorded.topic == EVALUATION_TOPIC:
+            evaluation = content_of(recorded, FrameEvaluation)
             if evaluation.truth.any():
                 iou[ns_of(evaluation.header.stamp)] = evaluation.iou
     stamps = sorted(
@@ -118,56 +115,39 @@ def frames_view(
         times=[round((taken[stamp] - start_ns) / 1e9, 6) for stamp in stamps],
         stamps=[str(stamp) for stamp in stamps],
         iou=[round(iou[stamp], 5) if stamp in iou else None for stamp in stamps],
-        panels=_panels(
-            _by_topic(placed, stamps, period), {one.topic for one in placed if one.encoding == LABELS}
-        )
-        if placed
-        else [],
+        panels=_panels(placed, _by_topic(placed, stamps, period)) if placed else [],
     )
 
 
-def foreign_pictures(messages: Iterable[RecordedMessage], placed: Iterable[Placed]) -> str:
-    """Return a sentence if pictures are not those of a run, by the digests in its messages; empty if they are.
-
-    Those of topics that every system has are compared: other publishers may fill the rows of an image, which its
-    digest is of and its picture leaves out.
-    """
-    known = image_digests(messages)
-    told = [one for one in placed if one.topic in _COMPARED]
-    foreign = sum((one.topic, one.stamp_ns, one.digest) not in known for one in told)
-    if not foreign:
-        return ""
-    return f"Pictures of another run are shown: {foreign} of {len(told)} are not those that the messages are about."
-
-
 def _by_topic(placed: Sequence[Placed], stamps: Sequence[int], period: float) -> dict[str, list[int]]:
-    """Return the place of each frame's picture, by topic; it is of the image whose stamp is nearest to the frame's."""
+    """Return the place of each frame's picture, by topic: the picture with the nearest stamp."""
     order = np.argsort(stamps)
     known = np.array(stamps, dtype=np.int64)[order]
-    found: dict[str, list[int]] = {}
-    for topic, _, stamp, place, _ in placed:
-        after = int(np.searchsorted(known, stamp))
+    places: dict[str, list[int]] = {}
+    for image in placed:
+        after = int(np.searchsorted(known, image.stamp_ns))
         near = min(
-            (one for one in (after - 1, after) if 0 <= one < len(known)),
-            key=lambda one: abs(int(known[one]) - stamp),
+            (number for number in (after - 1, after) if 0 <= number < len(known)),
+            key=lambda number: abs(int(known[number]) - image.stamp_ns),
             default=None,
         )
-        if near is not None and abs(int(known[near]) - stamp) < period * 5e8:
-            found.setdefault(topic, [-1] * len(stamps))[order[near]] = place
-    return found
+        if near is not None and abs(int(known[near]) - image.stamp_ns) < period * 5e8:
+            places.setdefault(image.topic, [-1] * len(stamps))[order[near]] = image.place
+    return places
 
 
-def _panels(places: Mapping[str, list[int]], labels: Collection[str]) -> list[Panel]:
-    """Return the pictures of every frame: those of `_WORDS`, then those of other topics, some of which have labels."""
+def _panels(placed: Sequence[Placed], places: Mapping[str, list[int]]) -> list[Panel]:
+    """Return the panels of `_WORDS`, and a panel for each other topic with images."""
     panels = []
     for name, words in _WORDS.items():
         first, *others = (places.get(topic, []) for topic in words.topics or ("",))
         panels.append(
             Panel(name, words.title, words.explanation, words.kind, first, others[0] if others else [])
         )
-    ours = {topic for words in _WORDS.values() for topic in words.topics}
+    known = {topic for words in _WORDS.values() for topic in words.topics}
+    labels = {image.topic for image in placed if image.encoding == LABELS}
     for topic, pictures in places.items():
-        if topic not in ours:
+        if topic not in known:
             node = current_system().publishers.get(topic, "")
             kind = "labels" if topic in labels else "colour"
             text = f"What {f'the node {node}' if node else 'a node'} sends on {topic}."

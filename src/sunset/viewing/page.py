@@ -1,4 +1,4 @@
-"""The page: one HTML file that loads nothing, made of a template, its styles and scripts, and what it knows of runs."""
+"""The page: a single HTML file that loads nothing, made of a template, styles, scripts, and the runs as JSON."""
 
 import hashlib
 import os
@@ -20,6 +20,7 @@ from sunset.input_files import open_regular
 from sunset.output_files import write_text
 from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions
+from sunset.texts import shorten
 from sunset.viewing.collecting import run_view
 from sunset.viewing.document import LabelClass, Page, PicturesView, RunView
 from sunset.viewing.frames import is_shown
@@ -28,10 +29,10 @@ from sunset.viewing.words import compared
 from sunset.workers import Progress
 
 _BYTES: Final = 5_000_000
-"""What a page of one run of `_BYTES_S` may have."""
+"""The limit for a page of a run of `_BYTES_S`."""
 _BYTES_S: Final = 20.0
 _OTHERS: Final = 280_000
-"""What of it is for all but pictures."""
+"""The share of everything but pictures."""
 _NO_PICTURES: Final = PicturesView(0, 0, "", None, [], [])
 
 _STYLES: Final = ("uplot/uPlot.min.css", "page.css")
@@ -45,45 +46,9 @@ _SCRIPTS: Final = (
     "page.js",
 )
 _MARK: Final = '<meta name="generator" content="sunset view">'
-"""By which a page is known that may be written over."""
+"""Marks a page, which may be overwritten."""
 _HEAD: Final = 1000
-"""Bytes in which the mark stands."""
-
-
-class Viewed(NamedTuple):
-    """A run that is shown.
-
-    Attributes:
-        run: it, as its record tells it.
-        images: returns its images in order of time, whenever it is called; None if there are none.
-        note: why there are none; empty if there are.
-    """
-
-    run: StoredRun
-    images: Callable[[], Iterable[StoredImage]] | None
-    note: str = ""
-
-    @classmethod
-    def of(cls, run: StoredRun, folder: Path, note: str = "") -> "Viewed":
-        """Return a run with the images that a folder has, or with a note if it has none."""
-        has_images = (folder / IMAGES_FILE).is_file()
-        return cls(run, partial(read_images, folder)) if has_images else cls(run, None, note)
-
-
-def check_comparable(one: RunRecord, other: RunRecord) -> None:
-    """Check that two runs can be shown side by side.
-
-    Raises:
-        RecordError: they differ in more than the managing system and the model.
-    """
-    for name, what in _SHARED.items():
-        if getattr(one, name) != getattr(other, name):
-            raise RecordError(
-                f"Two runs are shown side by side if their {what} is the same, got {_short(getattr(one, name))} and "
-                f"{_short(getattr(other, name))}: show each on a page of its own."
-            )
-
-
+"""The bytes of a page in which the mark stands."""
 _SHARED: Final = {
     "scenario": "scenario",
     "faults": "scenario's faults",
@@ -94,19 +59,50 @@ _SHARED: Final = {
     "duration_s": "duration",
     "middleware": "middleware",
 }
-"""What is the same of two runs that are shown side by side."""
+"""The fields that two runs side by side share, and their names in messages."""
 
 
-def _short(value: object) -> str:
-    text = str(value)
-    return text if len(text) <= 60 else f"{text[:12]}…"  # noqa: PLR2004  checksums are 64 long
+class Viewed(NamedTuple):
+    """A run that is shown.
+
+    Attributes:
+        run: the run.
+        images: returns its images in order of time, at each call; None if there are none.
+        note: why there are none.
+    """
+
+    run: StoredRun
+    images: Callable[[], Iterable[StoredImage]] | None
+    note: str = ""
+
+    @classmethod
+    def of(cls, run: StoredRun, folder: Path, note: str = "") -> "Viewed":
+        """Return a run with the images in a folder, or with a note if there are none."""
+        has_images = (folder / IMAGES_FILE).is_file()
+        return cls(run, partial(read_images, folder)) if has_images else cls(run, None, note)
+
+
+def check_comparable(first: RunRecord, second: RunRecord) -> None:
+    """Check that two runs can be shown side by side.
+
+    Raises:
+        RecordError: they differ in more than the managing system and the model.
+    """
+    for field, name in _SHARED.items():
+        values = getattr(first, field), getattr(second, field)
+        if values[0] != values[1]:
+            shown, other = (shorten(str(value), 60) for value in values)
+            raise RecordError(
+                f"Two runs are shown side by side if their {name} is the same, got {shown} and {other}: show each on a "
+                "page of its own."
+            )
 
 
 def check_page_file(file: Path) -> None:
-    """Check that a page can be written to a file, before there is one.
+    """Check that a page can be written to a file, before the page is made.
 
     Raises:
-        OutputError: it is a folder, or a file that is not a page of ours.
+        OutputError: it is a folder, or a file that is not a page.
     """
     if file.is_dir():
         raise OutputError(f"The page cannot be written to {file}, which is a folder: name a file in it.")
@@ -131,75 +127,70 @@ def _head(file: Path) -> bytes:
 
 
 def write_page(viewed: Sequence[Viewed], file: Path, *, progress: Progress | None = None) -> None:
-    """Write the page of one run, or of two side by side.
+    """Write the page of a run, or of two runs side by side.
 
     Args:
         viewed: the runs; the managed system of this process has their extensions.
-        file: is replaced; its folder is made.
+        file: a new file, or a page, which is overwritten.
         progress: called with (frames done, frames in all) while pictures are made.
 
     Raises:
         RecordError: a record is damaged, was made with another extension, or the two runs cannot be compared.
-        OutputError: the file cannot be written, or is something else than such a page.
+        OutputError: the file cannot be written.
     """
     check_page_file(file)
     write_text(file, page_text(viewed, progress=progress), "page")
 
 
 def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> str:
-    """Return the page of one run, or of two side by side, as HTML; as `write_page`."""
-    if len(viewed) > 1:
-        check_comparable(viewed[0].run.record, viewed[1].run.record)
-    for one in viewed:
-        check_extensions(one.run.record, one.run.folder)
+    """Return the page of a run, or of two runs side by side, as HTML; as `write_page`."""
+    shown = [view.run for view in viewed]
+    if len(shown) > 1:
+        check_comparable(shown[0].record, shown[1].record)
+    for run in shown:
+        check_extensions(run.record, run.folder)
     pictures, placed = _pictures(viewed, progress)
     runs = [
-        run_view(one.run, read_messages(one.run.folder), places, one.note)
-        for one, places in zip(viewed, placed, strict=True)
+        run_view(view.run, read_messages(view.run.folder), places, view.note)
+        for view, places in zip(viewed, placed, strict=True)
     ]
     page = Page(
-        title=viewed[0].run.record.scenario,
-        comparison=compared(*(one.run for one in viewed)) if len(viewed) > 1 else [],
+        title=shown[0].record.scenario,
+        comparison=compared(*shown) if len(shown) > 1 else [],
         opening=_opening(runs),
         version=__version__,
         runs=runs,
-        classes=_classes(),
+        classes=[
+            LabelClass(name, f"#{red:02x}{green:02x}{blue:02x}")
+            for name, (red, green, blue) in zip(CLASSES, COLOURS, strict=True)
+        ],
         pictures=pictures,
     )
     return _filled(page)
 
 
-def _classes() -> list[LabelClass]:
-    return [
-        LabelClass(name, f"#{red:02x}{green:02x}{blue:02x}")
-        for name, (red, green, blue) in zip(CLASSES, COLOURS, strict=True)
-    ]
-
-
 def _pictures(viewed: Sequence[Viewed], progress: Progress | None) -> tuple[PicturesView, list[list[Placed]]]:
-    """Return the pictures of runs, and for each run where its own are."""
-    sources = [
-        Source(one.images, _frames(one.run.record), is_shown) for one in viewed if one.images is not None
-    ]
+    """Return the pictures of runs, and the places of each run's images."""
+    sources, share = [], 0.0
+    for view in viewed:
+        if view.images is not None:
+            run = view.run.record
+            frames = round(((run.warm_up_s or 0.0) + run.duration_s) / run.period_s)
+            sources.append(Source(view.images, max(frames, 1), is_shown))
+            share += max(run.duration_s / _BYTES_S, 1)
     if not sources:
         return _NO_PICTURES, [[] for _ in viewed]
-    shares = [max(one.run.record.duration_s / _BYTES_S, 1) for one in viewed if one.images is not None]
-    in_base64 = (_BYTES - _OTHERS) * sum(shares)
-    pictures, found = make_pictures(sources, int(in_base64 * 3 / 4), progress)
-    placed = iter(found)
-    return pictures, [next(placed) if one.images is not None else [] for one in viewed]
-
-
-def _frames(run: RunRecord) -> int:
-    warm_up = 0.0 if run.warm_up_s is msgspec.UNSET else run.warm_up_s
-    return max(round((warm_up + run.duration_s) / run.period_s), 1)
+    in_base64 = (_BYTES - _OTHERS) * share
+    pictures, of_sources = make_pictures(sources, int(in_base64 * 3 / 4), progress)
+    placed = iter(of_sources)
+    return pictures, [next(placed) if view.images is not None else [] for view in viewed]
 
 
 def _filled(page: Page) -> str:
-    """Return the page as HTML. Nothing in it is of the template's kind: what is said of runs stands as data."""
+    """Return the template with the page's content, of which only JSON comes from runs."""
     style = "\n".join(_asset(name) for name in _STYLES)
     script = "\n".join(['"use strict";', *(_asset(name) for name in _SCRIPTS)])
-    # a text of a run must not end the element that it stands in
+    # a text of a run must not end the element around it
     data = msgspec.json.encode(page).decode().replace("<", "\\u003c")
     parts = {
         "@mark@": _MARK,
@@ -210,8 +201,8 @@ def _filled(page: Page) -> str:
         "@script@": script,
         "@data@": data,
     }
-    # in one go, so that no part is looked for in another
-    return re.sub("|".join(parts), lambda found: parts[found[0]], _asset("page.html"))
+    # all at once, so that marks in the content are left alone
+    return re.sub("|".join(parts), lambda mark: parts[mark[0]], _asset("page.html"))
 
 
 def _asset(name: str) -> str:
@@ -219,11 +210,11 @@ def _asset(name: str) -> str:
 
 
 def _checksum(text: str) -> str:
-    """Return the checksum by which the page's policy knows its own style and script."""
+    """Return the checksum of a style or script for the page's policy."""
     return b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
 def _opening(runs: Sequence[RunView]) -> float:
-    """Return a second before the first fault comes, when all is still well; 0 if none comes."""
-    came = [since for run in runs for fault in run.faults for since, _ in fault.spans]
-    return max(min(came) - 1.0, min(run.start for run in runs)) if came else 0.0
+    """Return a second before the first fault; 0 without faults."""
+    onsets = [since for run in runs for fault in run.faults for since, _ in fault.spans]
+    return max(min(onsets) - 1.0, min(run.start for run in runs)) if onsets else 0.0

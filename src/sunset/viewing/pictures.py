@@ -1,6 +1,7 @@
-"""The pictures of a page: each once, small enough for the page to be sent around, and the labels without loss."""
+"""The pictures of a page: each once, within a number of bytes, and labels without loss if possible."""
 
 import hashlib
+import zlib
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -15,47 +16,50 @@ import numpy.typing as npt
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
 from sunset.errors import RecordError
 from sunset.faults import DEPTH_COUNTS_PER_METRE
-from sunset.image_digests import Pixels, digest_of
+from sunset.image_digests import Pixels
 from sunset.recording import StoredImage
 from sunset.system import TRUTH_TOPIC
 from sunset.viewing.document import DepthScale, PicturesView
-from sunset.viewing.labels import pack
 from sunset.workers import Progress, processors
 
-_QUALITIES: Final = {80: 1.0, 70: 0.8, 60: 0.7, 50: 0.62}
-"""Quality of WebP → about how large a picture is, compared with the first one."""
-_WIDEST: Final = 640
-"""Pixels of a row that are enough for a page."""
-_BYTES_PER_PIXEL: Final = 0.6
-"""Of all pictures of a frame together, about."""
-_LEAST: Final = 0.6
-"""Colour and depth keep at least this share of the labels' width and height."""
-_SAMPLED: Final = 10
-"""Of so many frames, one is looked at to see how large all pictures will be."""
-_SURPLUS: Final = 1.02
-"""By what they may be larger than that."""
-_WAITING: Final = 64
-"""Pictures that wait to be encoded."""
-_MEASURED: Final = 19
-"""Of so many pictures, the loss of one is measured if it is of colour; a prime, since kinds take turns."""
 LABELS: Final = "8UC1"
 """The encoding of labels."""
 _DEPTH: Final = "16UC1"
+
+_QUALITIES: Final = {80: 1.0, 70: 0.8, 60: 0.7, 50: 0.62}
+"""Quality of WebP → approximate size of a picture, relative to the first."""
+_WIDEST: Final = 640
+"""Pixels of a row that suffice for a page."""
+_BYTES_PER_PIXEL: Final = 0.6
+"""Of all pictures of a frame together, approximately."""
+_LEAST: Final = 0.6
+"""Colour and depth keep at least this share of the labels' width and height."""
+_SAMPLED: Final = 10
+"""The size of all pictures is estimated from each tenth frame."""
+_SURPLUS: Final = 1.02
+"""The margin of this estimate."""
+_WAITING: Final = 64
+"""Pictures that wait to be encoded."""
+_MEASURED: Final = 19
+"""The loss is measured on each nineteenth picture if it is of colour; a prime, since kinds alternate."""
+_LONGEST_STRETCH: Final = 65535
+"""The largest number of pixels in two bytes."""
 _RARE: Final = 0.0005
+"""The share of pixels below which the legend leaves a class out."""
 _COLOURS: Final = 9
-"""Of the depth's scale, that the legend shows."""
+"""Colours of the depth's scale in the legend."""
 _PERCENTILES: Final = (1, 99)
 _MARGIN: Final = 1.15
-"""The first image's depths, times and over this, are the limits of the scale."""
+"""The limits of the scale are these percentiles of the first image's depths, divided and multiplied by the margin."""
 
 
 class Source(NamedTuple):
-    """Where images of a run come from.
+    """The images of a run.
 
     Attributes:
-        images: returns them in order of time, whenever it is called.
-        frames: how many frames there are, about.
-        wanted: whether images of a topic are shown.
+        images: returns the images in order of time, at each call.
+        frames: the approximate number of frames.
+        wanted: whether the images of a topic are shown.
     """
 
     images: Callable[[], Iterable[StoredImage]]
@@ -63,12 +67,21 @@ class Source(NamedTuple):
     wanted: Callable[[str], bool]
 
 
+class Placed(NamedTuple):
+    """An image of a run, and the index of its picture."""
+
+    topic: str
+    encoding: str
+    stamp_ns: int
+    place: int
+
+
 class _Encoded(NamedTuple):
     """A picture.
 
     Attributes:
-        counts: of labels, the number of pixels of every class index (256,).
-        loss: of some pictures of colour, by how much its pixels differ from the original's on average, of 255.
+        counts: of labels, the number of pixels of each class index (256,).
+        loss: of a measured picture, the mean difference of its pixels from the original, of 255.
     """
 
     data: bytes
@@ -76,23 +89,13 @@ class _Encoded(NamedTuple):
     loss: float | None = None
 
 
-class Placed(NamedTuple):
-    """An image of a run, the place of its picture among all, and the digest of its pixels when that is known."""
-
-    topic: str
-    encoding: str
-    stamp_ns: int
-    place: int
-    digest: bytes = b""
-
-
 @dataclass(frozen=True, slots=True)
 class _Settings:
-    """How pictures are stored.
+    """The sizes and quality of pictures.
 
     Attributes:
         scale: the share of their width and height that labels keep.
-        shrink: of that, the share that colour and depth keep.
+        shrink: the share of the labels' width and height that colour and depth keep.
         quality: of colour and depth.
     """
 
@@ -101,10 +104,7 @@ class _Settings:
     quality: int = max(_QUALITIES)
 
     def reduced(self, plain: int, lossy: int, budget: int) -> "_Settings":
-        """Return settings with which pictures will fit that took so many bytes, without and with loss.
-
-        Labels stay as they are as long as that is possible.
-        """
+        """Return settings for pictures that took these bytes, without and with loss; labels shrink last."""
         share = max(budget - plain, 0) / max(lossy, 1)
         for quality, size in _QUALITIES.items():
             if quality < self.quality and size / _QUALITIES[self.quality] <= share:
@@ -116,53 +116,44 @@ class _Settings:
 
 
 class _Album:
-    """Pictures that are encoded by several threads while more are added."""
+    """Pictures that several threads encode while more are added."""
 
     def __init__(self, settings: _Settings, pool: ThreadPoolExecutor) -> None:
         self._settings = settings
         self._pool = pool
         self._places: dict[bytes, int] = {}
         self._encoded: list[Future[_Encoded]] = []
-        self._digests: list[Future[bytes]] = []
-        self.original: tuple[int, int] | None = None
-        self.depth: DepthScale | None = None
+        self._original: tuple[int, int] | None = None
+        self._depth: DepthScale | None = None
         self._shades = np.zeros(65536, np.uint8)
 
     def size(self, shrink: float = 1.0) -> tuple[int, int]:
-        """Return height and width of the pictures as they are stored."""
-        height, width = self.original or (1, 1)
+        """Return height and width of the stored pictures."""
+        height, width = self._original or (1, 1)
         scale = self._settings.scale * shrink
         return max(round(height * scale), 1), max(round(width * scale), 1)
 
     def add(self, image: StoredImage) -> int:
-        """Return the place of an image's picture, which is new only if no other has the same pixels."""
+        """Return the index of an image's picture, which images with the same pixels share."""
         mapped = image.topic == TRUTH_TOPIC
         key = hashlib.blake2b(image.png, digest_size=16, salt=bytes([mapped])).digest()
         if key in self._places:
             return self._places[key]
-        if self.original is None:
-            self.original = image.pixels.shape[:2]
-        if image.encoding == _DEPTH and self.depth is None:
-            self.depth = _depth_scale(image.pixels)
-            self._shades = _depth_shades(self.depth)
+        if self._original is None:
+            self._original = image.pixels.shape[:2]
+        if image.encoding == _DEPTH and self._depth is None:
+            self._depth = _depth_scale(image.pixels)
+            self._shades = _depth_shades(self._depth)
         place = self._places[key] = len(self._encoded)
-        self._digests.append(self._pool.submit(_digest, image))
         if image.encoding == LABELS:
-            self._encoded.append(self._pool.submit(self._packed, image, self.size()))
+            encoded = self._pool.submit(_packed, image, self.size())
         else:
-            self._encoded.append(
-                self._pool.submit(
-                    self._compressed, image, self.size(self._settings.shrink), place % _MEASURED == 0
-                )
-            )
+            size, is_measured = self.size(self._settings.shrink), place % _MEASURED == 0
+            encoded = self._pool.submit(self._compressed, image, size, is_measured)
+        self._encoded.append(encoded)
         if place >= _WAITING:
             self._encoded[place - _WAITING].result()
         return place
-
-    def _packed(self, image: StoredImage, size: tuple[int, int]) -> _Encoded:
-        classes = CLASS_OF_CARLA_ID[image.pixels] if image.topic == TRUTH_TOPIC else image.pixels
-        labels = _resized(classes, size, cv2.INTER_NEAREST)
-        return _Encoded(pack(labels), counts=np.bincount(labels.reshape(-1), minlength=256))
 
     def _compressed(self, image: StoredImage, size: tuple[int, int], is_measured: bool) -> _Encoded:
         if image.encoding == _DEPTH:
@@ -176,80 +167,55 @@ class _Album:
         stored = np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), np.int16)
         return _Encoded(data, loss=float(np.abs(original - stored).mean()))
 
-    def with_digest(self, one: Placed) -> Placed:
-        """Return where an image's picture is, with the digest of its pixels."""
-        return one._replace(digest=self._digests[one.place].result())
-
     def sizes(self) -> tuple[int, int]:
-        """Return how many bytes the pictures without loss take, and those with it."""
-        encoded = [one.result() for one in self._encoded]
-        plain = sum(len(one.data) for one in encoded if one.counts is not None)
-        return plain, sum(len(one.data) for one in encoded) - plain
+        """Return the bytes of all pictures without loss, and of all pictures with loss."""
+        encoded = [future.result() for future in self._encoded]
+        plain = sum(len(picture.data) for picture in encoded if picture.counts is not None)
+        return plain, sum(len(picture.data) for picture in encoded) - plain
 
     def view(self) -> PicturesView:
-        """Return the pictures as the page has them."""
-        encoded = [one.result() for one in self._encoded]
+        """Return the pictures for the page."""
+        encoded = [future.result() for future in self._encoded]
         height, width = self.size()
         return PicturesView(
             width=width,
             height=height,
-            note=self._note([one.loss for one in encoded if one.loss is not None]),
-            depth=self.depth,
-            classes=_frequent([one.counts for one in encoded if one.counts is not None]),
-            data=[b64encode(one.data).decode() for one in encoded],
+            note=self._note([picture.loss for picture in encoded if picture.loss is not None]),
+            depth=self._depth,
+            classes=_frequent([picture.counts for picture in encoded if picture.counts is not None]),
+            data=[b64encode(picture.data).decode() for picture in encoded],
         )
 
     def _note(self, losses: Sequence[float]) -> str:
-        """Return how pictures differ from the originals."""
-        original, size, shrunk = self.original or self.size(), self.size(), self.size(self._settings.shrink)
-        parts = [
-            "Labels and truth are exact"
-            if size == original
-            else f"Labels and truth are {_by(original, size)}"
-        ]
-        shown = "" if shrunk == original else f"{_by(original, shrunk)}, and "
+        original, size, shrunk = self._original or self.size(), self.size(), self.size(self._settings.shrink)
+        labels = "exact" if size == original else _scaled(original, size)
+        shown = "" if shrunk == original else f"{_scaled(original, shrunk)}, and "
         loss = f": their pixels differ by {sum(losses) / len(losses):.1f} of 255 on average" if losses else ""
-        parts.append(f"colour and depth are {shown}WebP of quality {self._settings.quality}{loss}")
-        return "; ".join(parts) + "."
-
-
-def _digest(image: StoredImage) -> bytes:
-    return digest_of(image.pixels.data)
-
-
-def _by(original: tuple[int, int], size: tuple[int, int]) -> str:
-    return f"scaled down from {original[1]} × {original[0]} to {size[1]} × {size[0]} pixels"
-
-
-def _frequent(counts: Sequence[npt.NDArray[np.int64]]) -> list[int]:
-    """Return the class indices that more than `_RARE` of the labels' pixels have, the frequent ones first."""
-    total = np.sum([np.zeros(256, np.int64), *counts], axis=0)[: len(CLASSES)]
-    order = np.argsort(-total, kind="stable")
-    return [int(index) for index in order if total[index] > _RARE * total.sum()]
+        quality = f"WebP of quality {self._settings.quality}"
+        return f"Labels and truth are {labels}; colour and depth are {shown}{quality}{loss}."
 
 
 def make_pictures(
     sources: Sequence[Source], budget: int, progress: Progress | None = None
 ) -> tuple[PicturesView, list[list[Placed]]]:
-    """Return the pictures of some runs, and for each run where those of its images are.
+    """Return the pictures of some runs, and the places of each run's images.
 
     Args:
         sources: the runs.
-        budget: how many bytes all pictures together may have; if they have more, they are made again in a lower
-            quality, and then smaller.
-        progress: called with (frames done, frames in all), for one run after the other.
+        budget: the bytes of all pictures; larger pictures are made again with lower quality, and then smaller.
+        progress: called with (frames done, frames in all), for a run after the other.
 
     Raises:
-        RecordError: images are missing or damaged, or are too many.
+        RecordError: images are missing, damaged, or too many.
     """
     frames = sum(source.frames for source in sources)
     settings = _first_settings(sources, frames, budget)
     with ThreadPoolExecutor(processors()) as pool:
         album = _Album(settings, pool)
-        for every in (_SAMPLED, 1):  # an album that will do keeps what was sampled
+        for every in (_SAMPLED, 1):  # an album that fits keeps the sample
             while True:
-                told = None if every > 1 else progress
-                placed = [list(_placed(source, album, every, told)) for source in sources]
+                update = None if every > 1 else progress
+                placed = [list(_placed(source, album, every, update)) for source in sources]
                 surplus = _SURPLUS if every > 1 else 1
                 plain, lossy = (round(size * every * surplus) for size in album.sizes())
                 if plain + lossy <= budget:
@@ -260,11 +226,10 @@ def make_pictures(
                     )
                 settings = settings.reduced(plain, lossy, budget)
                 album = _Album(settings, pool)
-        return album.view(), [list(map(album.with_digest, of_run)) for of_run in placed]
+        return album.view(), placed
 
 
 def _first_settings(sources: Sequence[Source], frames: int, budget: int) -> _Settings:
-    """Return settings that may do, by the number of pixels."""
     first = next((image for source in sources for image in source.images()), None)
     height, width = first.pixels.shape[:2] if first else (1, 1)
     in_all = _BYTES_PER_PIXEL * height * width * max(frames, 1)
@@ -272,7 +237,7 @@ def _first_settings(sources: Sequence[Source], frames: int, budget: int) -> _Set
 
 
 def _placed(source: Source, album: _Album, every: int, progress: Progress | None) -> Iterator[Placed]:
-    """Add the images of one of so many frames of a run to an album, and yield where they are."""
+    """Add the images of a run to an album, all or a sample of the frames, and yield their places."""
     stamps: dict[int, int] = {}
     for image in source.images():
         if not source.wanted(image.topic) or stamps.setdefault(image.stamp_ns, len(stamps)) % every:
@@ -280,6 +245,38 @@ def _placed(source: Source, album: _Album, every: int, progress: Progress | None
         yield Placed(image.topic, image.encoding, image.stamp_ns, album.add(image))
         if progress is not None:
             progress(min(len(stamps), source.frames), source.frames)
+
+
+def pack_labels(labels: npt.NDArray[np.uint8]) -> bytes:
+    """Return an image (H, W) of class indices, packed for the page's script.
+
+    Browsers may change pixels that a script reads from a picture, so the result is not a picture. It consists of the
+    class indices of stretches of equal pixels, row after row, the low bytes of the stretches' lengths, and the high
+    bytes, deflated (RFC 1951).
+    """
+    pixels = labels.reshape(-1)
+    changes = np.flatnonzero(np.diff(pixels)) + 1
+    starts = np.union1d(np.concatenate([[0], changes]), np.arange(0, pixels.size, _LONGEST_STRETCH))
+    lengths = np.diff(np.append(starts, pixels.size)).astype("<u2")
+    low, high = lengths.view(np.uint8)[::2], lengths.view(np.uint8)[1::2]
+    packer = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
+    return packer.compress(pixels[starts].tobytes() + low.tobytes() + high.tobytes()) + packer.flush()
+
+
+def _packed(image: StoredImage, size: tuple[int, int]) -> _Encoded:
+    classes = CLASS_OF_CARLA_ID[image.pixels] if image.topic == TRUTH_TOPIC else image.pixels
+    labels = _resized(classes, size, cv2.INTER_NEAREST)
+    return _Encoded(pack_labels(labels), counts=np.bincount(labels.reshape(-1), minlength=256))
+
+
+def _scaled(original: tuple[int, int], size: tuple[int, int]) -> str:
+    return f"scaled down from {original[1]} × {original[0]} to {size[1]} × {size[0]} pixels"
+
+
+def _frequent(counts: Sequence[npt.NDArray[np.int64]]) -> list[int]:
+    total = np.sum([np.zeros(256, np.int64), *counts], axis=0)[: len(CLASSES)]
+    order = np.argsort(-total, kind="stable")
+    return [int(index) for index in order if total[index] > _RARE * total.sum()]
 
 
 def _resized(pixels: Pixels, size: tuple[int, int], interpolation: int) -> Pixels:
@@ -295,7 +292,7 @@ def _webp(bgr: Pixels, quality: int) -> bytes:
 
 
 def _depth_scale(depth: Pixels) -> DepthScale:
-    """Return a scale for the depths of a flight, by its first image."""
+    """Return the scale for a flight with this first image of depth."""
     near, far = np.percentile(depth, _PERCENTILES) / DEPTH_COUNTS_PER_METRE
     near, far = max(float(near) / _MARGIN, 0.1), min(float(far) * _MARGIN, 1000.0)
     far = max(far, 2 * near)
@@ -306,7 +303,7 @@ def _depth_scale(depth: Pixels) -> DepthScale:
 
 
 def _depth_shades(scale: DepthScale) -> npt.NDArray[np.uint8]:
-    """Return the place on the scale of colours (65536,) of every depth in counts; near ones are light."""
+    """Return the index (65536,) in the colour map of every depth in counts; near depths are light."""
     metres = np.maximum(np.arange(65536), 1) / DEPTH_COUNTS_PER_METRE
     share = np.log(metres / scale.near) / np.log(scale.far / scale.near)
     shades: npt.NDArray[np.uint8] = (255 * (1 - np.clip(share, 0, 1))).astype(np.uint8)

@@ -1,17 +1,17 @@
-"""What happened in a run, in sentences for a reader who sees SUNSET for the first time."""
+"""A run in sentences, for a reader who sees SUNSET for the first time."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics
 from sunset.recording import RunRecord, StoredRun
-from sunset.system import current_system
-from sunset.texts import counted, listed, shorten
+from sunset.recording.story import remaining_failures
+from sunset.texts import counted, listed
 
 _AT_ONCE_S: Final = 0.1
-"""Faults that come within so long were injected together."""
+"""Faults within this time were injected together."""
 _MOST: Final = 4
-"""Adaptations that are listed; of more, only the number is given."""
+"""Adaptations that are listed."""
 _DONE: Final = {
     "restart": "restarted",
     "redeploy": "redeployed",
@@ -24,68 +24,51 @@ _NUMBERS: Final = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", 
 
 
 def described(run: RunRecord) -> str:
-    """Return what was run, in a line, but the managing system."""
+    """Return a run's settings in a line, without the managing system."""
     return f"seed {run.seed} · model {run.model} · middleware {run.middleware} · {run.duration_s:g} s"
 
 
 def story(run: StoredRun) -> list[str]:
-    """Return what happened, a sentence each: what was injected, what was done about it, and what came of it."""
-    return [*_injected(run), *_adapted(run), *_outcome(run)]
+    """Return the faults, the adaptations and the results of a run, a sentence each."""
+    return [*_injected(run), _adapted(run), *_results(run)]
 
 
-def remark(run: StoredRun) -> str:
-    """Return how a managing system failed, why a run does not count, and which figures are stored otherwise."""
-    parts = []
-    if run.record.manager_failed is not None:
-        parts.append(f"{shorten(run.record.manager_failed)} The run went on without it.")
-    if not run.valid:
-        parts.append(f"This run does not count: {shorten(run.reason)}.")
-    if run.differing:
-        parts.append(
-            f"Stored otherwise than the messages give, and computed here: {', '.join(run.differing)}."
-        )
-    return " ".join(parts)
-
-
-def compared(one: StoredRun, other: StoredRun) -> list[str]:
-    """Return what differs between two runs of the same scenario and seed."""
-    first, second = f"A ({one.record.manager})", f"B ({other.record.manager})"
-    ours, theirs = one.metrics, other.metrics
+def compared(first: StoredRun, second: StoredRun) -> list[str]:
+    """Return the differences between two runs of the same scenario and seed, a sentence each."""
+    names = f"A ({first.record.manager})", f"B ({second.record.manager})"
+    metrics, others = first.metrics, second.metrics
     sentences = [
-        f"The same faults, flight and seed, managed by {first} and by {second}.",
-        _difference(ours.iou_all, theirs.iou_all, first, second),
-        f"No segmentation came for {ours.t_down_s:.1f} s of A, and for {theirs.t_down_s:.1f} s of B.",
-        f"A resolved {_resolved(ours)}, B {_resolved(theirs)}.",
+        f"The same faults, flight and seed, managed by {names[0]} and by {names[1]}.",
+        _quality(metrics.iou_all, others.iou_all, names),
+        f"No segmentation came for {metrics.t_down_s:.1f} s of A, and for {others.t_down_s:.1f} s of B.",
+        f"A resolved {_resolved(metrics)}, B {_resolved(others)}.",
     ]
-    if ours.episodes != theirs.episodes:
+    if metrics.episodes != others.episodes:
         sentences.append(
             "The same faults gave different numbers of failures, since one failure may hide or bring about another."
         )
-    if one.record.model != other.record.model:
-        sentences.append(f"The models differ, too: {one.record.model} and {other.record.model}.")
+    if first.record.model != second.record.model:
+        sentences.append(f"The models differ, too: {first.record.model} and {second.record.model}.")
     return sentences
 
 
-def _difference(ours: float | None, theirs: float | None, first: str, second: str) -> str:
-    if ours is None or theirs is None:
+def _quality(iou: float | None, other: float | None, names: tuple[str, str]) -> str:
+    if iou is None or other is None:
         return "The flight has no labels, so that there is no IoU to compare."
     meaning = "the IoU, which says how well labels agree with the truth and is 0 for a lost frame,"
-    if round(ours, 2) == round(theirs, 2):
-        return f"In both, {meaning} is {ours:.2f}."
-    better = first if ours > theirs else second
-    return f"With {better}, {meaning} is higher: {max(ours, theirs):.2f} against {min(ours, theirs):.2f}."
+    if round(iou, 2) == round(other, 2):
+        return f"In both, {meaning} is {iou:.2f}."
+    better = names[0] if iou > other else names[1]
+    return f"With {better}, {meaning} is higher: {max(iou, other):.2f} against {min(iou, other):.2f}."
 
 
 def _resolved(metrics: RunMetrics) -> str:
-    episodes, adaptations = (
-        counted(metrics.episodes, "failure episode"),
-        counted(metrics.adaptations, "adaptation"),
-    )
-    return f"{metrics.episodes_resolved} of {episodes} with {adaptations}"
+    episodes = counted(metrics.episodes, "failure episode")
+    return f"{metrics.episodes_resolved} of {episodes} with {counted(metrics.adaptations, 'adaptation')}"
 
 
 def outcome_of(episode: Episode) -> str:
-    """Return what became of an episode."""
+    """Return the end of an episode, in words."""
     if episode.ended is None:
         return "held to the end"
     if episode.adaptation is None:
@@ -101,25 +84,29 @@ def _injected(run: StoredRun) -> Iterator[str]:
     if not injections:
         yield "No fault was injected."
         return
-    verb = "fault was" if len(injections) == 1 else "faults were"
-    number = _number(len(injections))
-    if injections[-1].time - injections[0].time < _AT_ONCE_S:
-        names = listed([f"{injection.fault} ({injection.failure})" for injection in injections])
-        yield f"{number} {verb} injected {_when([injections[0].time])}: {names}."
+    times = [injection.time for injection in injections]
+    names = [f"{injection.fault} ({injection.failure})" for injection in injections]
+    number = f"{_number(len(times))} fault{' was' if len(times) == 1 else 's were'} injected"
+    if times[-1] - times[0] < _AT_ONCE_S:
+        yield f"{number} {_when(times[:1])}: {listed(names)}."
     else:
-        came: dict[str, list[float]] = {}
-        for injection in injections:
-            came.setdefault(f"{injection.fault} ({injection.failure})", []).append(injection.time)
-        yield f"{number} {verb} injected: {listed([f'{fault} {_when(times)}' for fault, times in came.items()])}."
-    healed: dict[str, list[float]] = {}
-    for injection in injections:
-        if injection.healed is not None:
-            healed.setdefault(injection.fault, []).append(injection.healed)
+        came = _times_by_name(zip(names, times, strict=True))
+        yield f"{number}: {listed([f'{name} {_when(its)}' for name, its in came.items()])}."
+    healed = _times_by_name(
+        (injection.fault, injection.healed) for injection in injections if injection.healed is not None
+    )
     if healed:
-        yield f"{listed([f'{fault} healed by itself {_when(times)}' for fault, times in healed.items()])}."
+        yield f"{listed([f'{name} healed by itself {_when(its)}' for name, its in healed.items()])}."
     for injection in injections:
         if injection.cured_away is not None:
             yield f"{injection.fault} was cured {_when([injection.cured_away])}, while it was away."
+
+
+def _times_by_name(events: Iterable[tuple[str, float]]) -> dict[str, list[float]]:
+    times: dict[str, list[float]] = {}
+    for name, time in events:
+        times.setdefault(name, []).append(time)
+    return times
 
 
 def _number(count: int) -> str:
@@ -127,7 +114,7 @@ def _number(count: int) -> str:
 
 
 def _when(times: Sequence[float]) -> str:
-    """Return when something came: how often, and at which times to a tenth of a second.
+    """Return the number of times, and the times to a tenth of a second.
 
     >>> _when([2.5004]), _when([2.0, 7.0])
     ('at 2.5 s', 'two times, at 2 and 7 s')
@@ -136,26 +123,23 @@ def _when(times: Sequence[float]) -> str:
     return f"{often}at {listed([f'{time:.1f}'.removesuffix('.0') for time in times])} s"
 
 
-def _adapted(run: StoredRun) -> Iterator[str]:
-    who = f"The managing system {run.record.manager}"
-    done: dict[str, list[float]] = {}
-    for adaptation in run.adaptations:
-        done.setdefault(_past(adaptation), []).append(adaptation.time)
+def _adapted(run: StoredRun) -> str:
+    manager = f"The managing system {run.record.manager}"
+    done = _times_by_name((_past(adaptation), adaptation.time) for adaptation in run.adaptations)
     if not done:
-        failed = run.record.manager_failed is not None
-        yield f"{who} {'failed before it did anything' if failed else 'did nothing'}."
-    elif len(done) <= _MOST:
-        yield f"{who} {listed([f'{words} {_times(times)}' for words, times in done.items()])}."
-    else:
-        first, last = run.adaptations[0].time, run.adaptations[-1].time
-        count = counted(len(run.adaptations), "adaptation")
-        yield f"{who} carried out {count}, from {first:.2f} s to {last:.2f} s."
+        has_failed = run.record.manager_failed is not None
+        return f"{manager} {'failed before it did anything' if has_failed else 'did nothing'}."
+    if len(done) <= _MOST:
+        return f"{manager} {listed([f'{words} {_times(times)}' for words, times in done.items()])}."
+    first, last = run.adaptations[0].time, run.adaptations[-1].time
+    count = counted(len(run.adaptations), "adaptation")
+    return f"{manager} carried out {count}, from {first:.2f} s to {last:.2f} s."
 
 
 def _past(adaptation: ExecutedAdaptation) -> str:
     if not adaptation.parameters:
         return f"{_DONE.get(adaptation.kind, adaptation.kind)} {adaptation.node}"
-    return str(adaptation)  # 'set' is its own past
+    return str(adaptation)  # the past of 'set' is 'set'
 
 
 def _times(times: Sequence[float]) -> str:
@@ -164,29 +148,21 @@ def _times(times: Sequence[float]) -> str:
     return f"{len(times)} times from {times[0]:.2f} s on"
 
 
-def _outcome(run: StoredRun) -> Iterator[str]:
+def _results(run: StoredRun) -> Iterator[str]:
     metrics, duration = run.metrics, run.record.duration_s
     if metrics.episodes:
-        yield f"{metrics.episodes_resolved} of {counted(metrics.episodes, 'failure episode')} {_was(metrics)} resolved."
-        failures = current_system().failures
-        still = sorted({episode.failure for episode in metrics.failures if episode.ended is None})
-        if still:
-            names = listed([f"{name} ({failures[name].description})" for name in still])
-            yield f"Still there at the end: {names}."
+        episodes = counted(metrics.episodes, "failure episode")
+        yield f"{metrics.episodes_resolved} of {episodes} {'was' if metrics.episodes == 1 else 'were'} resolved."
+        if remaining := remaining_failures(metrics):
+            yield f"Still there at the end: {listed(remaining)}."
     else:
         yield "No failure was seen."
-    down = (
-        f"no segmentation came for {metrics.t_down_s:.1f} of {duration:g} s"
-        if metrics.t_down_s
-        else "segmentations came all the time"
-    )
+    down = "Segmentations came all the time"
+    if metrics.t_down_s:
+        down = f"No segmentation came for {metrics.t_down_s:.1f} of {duration:g} s"
     quality = "there is no IoU, since the flight has no labels"
     if metrics.iou_all is not None:
         count = metrics.frames_without_truth
         unknown = f" and {counted(count, 'frame')} without labels for nothing" if count else ""
         quality = f"the IoU was {metrics.iou_all:.2f}, if a lost frame counts as 0{unknown}"
-    yield f"{down[:1].upper()}{down[1:]}; {quality}."
-
-
-def _was(metrics: RunMetrics) -> str:
-    return "was" if metrics.episodes == 1 else "were"
+    yield f"{down}; {quality}."

@@ -23,7 +23,7 @@ from sunset.interfaces.system_interfaces.msg import (
     SensorFusion,
 )
 from sunset.metrics import score
-from sunset.recording import RecordWriter, timeline
+from sunset.recording import RecordWriter, timeline_of
 from sunset.recording.timelines import measured_topics
 
 START_NS = 3 * 10**9
@@ -131,7 +131,7 @@ def store(tmp_path: Path) -> Store:
             for topic, time_ns, message in messages(run, command_s, iou):
                 writer.write(topic, time_ns, message)
             recorded = writer.messages(measured_topics())
-            observed = timeline(recorded, thresholds=record.thresholds)
+            observed = timeline_of(record, recorded)
             figures = score(observed)
             writer.close(
                 replace(

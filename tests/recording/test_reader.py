@@ -11,7 +11,7 @@ from sunset.interfaces import Message
 from sunset.interfaces.std_msgs.msg import String
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.metrics import score
-from sunset.recording import RecordWriter, read_messages, read_run, read_timeline, timeline
+from sunset.recording import RecordWriter, read_messages, read_run, read_timeline, timeline_of
 from sunset.recording.reader import first_difference
 from sunset.recording.timelines import measured_topics
 
@@ -62,7 +62,7 @@ def test_the_timeline_of_a_record_is_that_of_its_writer(tmp_path: Path, rows: li
         for row in rows:
             writer.write(*row)
         messages = writer.messages(measured_topics())
-        live = timeline(messages, thresholds=run.thresholds, duration_s=5.0, period_s=0.2, expected_frames=50)
+        live = timeline_of(run, messages)
         writer.close(run)
     stored = read_timeline(tmp_path / "r")
     assert (stored.duration_s, stored.period_s, stored.expected_frames) == (5.0, 0.2, 50)

@@ -2,6 +2,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
+from tests.recording.runs import RUN
 
 from sunset.errors import RecordError
 from sunset.interfaces import Message
@@ -22,23 +24,21 @@ from sunset.interfaces.system_interfaces.msg import (
 )
 from sunset.metrics import Command as ObservedCommand
 from sunset.metrics import Injection, Setting, Timeline
-from sunset.recording import RecordedMessage, RecordWriter, read_messages, timeline
+from sunset.recording import RecordedMessage, RecordWriter, read_messages, timeline_of
 
 Row = tuple[str, int, Message]
 START = RecordedMessage(
     "/experiment/log", 5, ExperimentLogging(source="experiment", rule_name="start", timestamp=10**9)
 )
 
-THRESHOLDS = {"entropy_threshold": 0.06, "sharpness_threshold": 0.2}
-
 
 def of(*messages: RecordedMessage) -> Timeline:
-    return timeline([START, *messages], thresholds=THRESHOLDS)
+    return timeline_of(RUN, [START, *messages])
 
 
 @pytest.fixture
 def whole(record: Path) -> Timeline:
-    return timeline(read_messages(record), thresholds=THRESHOLDS)
+    return timeline_of(RUN, read_messages(record))
 
 
 def test_time_zero_is_the_start_in_the_experiments_log(whole: Timeline) -> None:
@@ -190,14 +190,9 @@ def test_an_experiment_in_which_nothing_came_out_has_an_empty_timeline() -> None
 
 
 def test_the_specification_of_the_run_is_handed_on() -> None:
-    found = timeline(
-        [START],
-        thresholds={"entropy_threshold": 0.1, "sharpness_threshold": 0.3},
-        duration_s=7.0,
-        period_s=0.2,
-        expected_frames=35,
-    )
-    assert found.thresholds == {"entropy_threshold": 0.1, "sharpness_threshold": 0.3}
+    thresholds = {"entropy_threshold": 0.1, "sharpness_threshold": 0.3}
+    found = timeline_of(replace(RUN, **thresholds, duration_s=7.0, period_s=0.2, expected_frames=35), [START])
+    assert found.thresholds == thresholds
     assert (found.duration_s, found.period_s, found.expected_frames) == (7.0, 0.2, 35)
 
 
@@ -205,7 +200,7 @@ def test_the_specification_of_the_run_is_handed_on() -> None:
 def test_a_record_without_the_start_is_refused(source: str, rule: str) -> None:
     entry = ExperimentLogging(source=source, rule_name=rule)
     with pytest.raises(RecordError, match="does not say when the experiment began"):
-        timeline([RecordedMessage("/experiment/log", 0, entry)], thresholds=THRESHOLDS)
+        timeline_of(RUN, [RecordedMessage("/experiment/log", 0, entry)])
 
 
 @pytest.mark.parametrize(
@@ -241,7 +236,7 @@ def test_messages_on_other_topics_do_not_matter(tmp_path: Path) -> None:
         writer.write("/blackboard_group", 0, String())
         messages = writer.messages({START.topic, "/blackboard_group"})
     assert len(messages) == 2
-    found = timeline(messages, thresholds=THRESHOLDS)
+    found = timeline_of(RUN, messages)
     assert found.message_times == {}
 
 

@@ -244,21 +244,6 @@ def test_a_message_that_does_not_fit_is_refused(tmp_path: Path) -> None:
         writer.write("/t", 0, String(data=3))  # type: ignore[arg-type]
 
 
-def test_a_negative_time_is_refused(tmp_path: Path) -> None:
-    with RecordWriter(tmp_path / "r") as writer, pytest.raises(RecordError, match="negative, -1 ns"):
-        writer.write("/t", -1, String())
-
-
-def test_a_closed_record_takes_no_message_and_no_second_close(tmp_path: Path) -> None:
-    with RecordWriter(tmp_path / "r") as writer:
-        writer.close(RUN)
-        with pytest.raises(RecordError, match="is closed"):
-            writer.write("/t", 0, String())
-        with pytest.raises(RecordError, match="closed already"):
-            writer.close(RUN)
-    assert sorted(contents(tmp_path / "r")) == FILES
-
-
 def test_an_interrupted_run_leaves_nothing(tmp_path: Path) -> None:
     def interrupted() -> None:
         with RecordWriter(tmp_path / "r") as writer:

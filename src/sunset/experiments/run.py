@@ -34,8 +34,8 @@ from sunset.recording import (
     StoredRun,
     log_of,
     story_topics,
+    timeline_of,
 )
-from sunset.recording.reader import timeline_of
 from sunset.rmw.backends import live_middleware
 from sunset.scenarios import Scenario
 from sunset.source_files import package_version

@@ -8,7 +8,7 @@ specification have the same bytes. A run that keeps its images has a fourth file
 from sunset.recording._bag import BAG_FILES
 from sunset.recording.images import IMAGES_FILE, StoredImage, image_digests, read_images
 from sunset.recording.logs import LogLine, log_of
-from sunset.recording.reader import check_extensions, read_messages, read_timeline, timeline_of
+from sunset.recording.reader import check_extensions, read_messages, read_timeline
 from sunset.recording.schema import (
     PLAN_FILE,
     PLAN_VERSION,
@@ -26,7 +26,7 @@ from sunset.recording.schema import (
     stored_figures,
 )
 from sunset.recording.stored import StoredRun, read_stored_run, story_topics
-from sunset.recording.timelines import measured_topics, timeline
+from sunset.recording.timelines import measured_topics, timeline_of
 from sunset.recording.values import RecordedMessage
 from sunset.recording.writer import RecordWriter
 
@@ -61,6 +61,5 @@ __all__ = [
     "read_timeline",
     "stored_figures",
     "story_topics",
-    "timeline",
     "timeline_of",
 ]

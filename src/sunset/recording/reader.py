@@ -1,6 +1,6 @@
 """Reading the messages of a record."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from itertools import zip_longest
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from sunset.errors import RecordError
 from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag
 from sunset.recording.schema import RUN_FILE, RunRecord, read_run
-from sunset.recording.timelines import measured_topics, timeline
+from sunset.recording.timelines import measured_topics, timeline_of
 from sunset.recording.values import RecordedMessage, digest_of
 from sunset.system import loaded_extensions
 
@@ -66,18 +66,7 @@ def check_extensions(run: RunRecord, folder: Path) -> None:
 
 
 def read_timeline(folder: Path) -> Timeline:
-    """Return the timeline of a record, as `read_messages` and `timeline`."""
+    """Return the timeline of a record, as `read_messages` and `timeline_of`."""
     run = read_run(folder)
     check_extensions(run, folder)
     return timeline_of(run, read_messages(folder, measured_topics()))
-
-
-def timeline_of(run: RunRecord, messages: Sequence[RecordedMessage]) -> Timeline:
-    """Return the timeline of a record whose messages were read, as `timeline`."""
-    return timeline(
-        messages,
-        thresholds=run.thresholds,
-        duration_s=run.duration_s,
-        period_s=run.period_s,
-        expected_frames=run.expected_frames,
-    )

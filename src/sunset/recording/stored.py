@@ -11,10 +11,10 @@ from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Tim
 from sunset.metrics.score import score
 from sunset.recording.causes import Cause, causes_of
 from sunset.recording.logs import ROSOUT, LogLine, log_of
-from sunset.recording.reader import check_extensions, read_messages, timeline_of
+from sunset.recording.reader import check_extensions, read_messages
 from sunset.recording.schema import RunRecord, differences, read_run
 from sunset.recording.story import Event, events_of, print_story
-from sunset.recording.timelines import measured_topics
+from sunset.recording.timelines import measured_topics, timeline_of
 from sunset.texts import shorten
 
 if TYPE_CHECKING:

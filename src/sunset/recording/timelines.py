@@ -28,19 +28,18 @@ from sunset.metrics import (
     Timeline,
 )
 from sunset.names import ros_text
+from sunset.recording.schema import RunRecord
 from sunset.recording.values import RecordedMessage
 from sunset.system import (
     COMMANDS_TOPIC,
     DIAGNOSIS_TOPIC,
     DIAGNOSTICS_TOPIC,
-    DURATION_S,
     EVALUATION_TOPIC,
     EXPERIMENT,
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
     LOG_TOPIC,
     PARAMETER_TOPICS,
-    PERIOD_S,
     RESULT_TOPIC,
     STATE,
     TRUTH_TOPIC,
@@ -84,15 +83,8 @@ def _topics_of_states() -> dict[str, str]:
     return {f"{node}{_TRANSITIONS}": node for node in current_system().managed_nodes}
 
 
-def timeline(
-    messages: Iterable[RecordedMessage],
-    *,
-    thresholds: Mapping[str, float],
-    duration_s: float = DURATION_S,
-    period_s: float = PERIOD_S,
-    expected_frames: int = round(DURATION_S / PERIOD_S),
-) -> Timeline:
-    """Return the timeline of an experiment from its messages in order of time.
+def timeline_of(run: RunRecord, messages: Iterable[RecordedMessage]) -> Timeline:
+    """Return the timeline of a run from its messages in order of time; topics outside of `measured_topics` are ignored.
 
     Time 0 is the injection. The time of a message is when it left its publisher; the time of injections and commands
     is their stamp, and the time of a frame is when its true segmentation left the bag, if it was recorded. Redeploys
@@ -109,11 +101,11 @@ def timeline(
     signals = current_system().signals.values()
     evaluated = _evaluated(topics[EVALUATION_TOPIC], topics[TRUTH_TOPIC], start_ns)
     return Timeline(
-        duration_s=duration_s,
-        period_s=period_s,
+        duration_s=run.duration_s,
+        period_s=run.period_s,
         message_times={topic: _times(topics[topic], start_ns) for topic in timed},
         samples={signal.name: _samples(topics[DIAGNOSTICS_TOPIC], signal, start_ns) for signal in signals},
-        thresholds=thresholds,
+        thresholds=run.thresholds,
         injections=_injections(topics[INJECTIONS_TOPIC], topics[FAULT_ENDS_TOPIC], start_ns),
         commands=_commands(topics[COMMANDS_TOPIC], topics[TRUTH_TOPIC], start_ns),
         settings=_settings(topics, start_ns),
@@ -122,7 +114,7 @@ def timeline(
         without_truth=np.array(
             [time for time, frame in evaluated if not frame.truth.any()], dtype=np.float64
         ),
-        expected_frames=expected_frames,
+        expected_frames=run.expected_frames,
     )
 
 

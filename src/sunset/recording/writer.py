@@ -64,11 +64,7 @@ class RecordWriter:
 
         Raises:
             InterfaceError: the message does not fit its definition.
-            RecordError: the time is negative, or the record is closed.
         """
-        if self._closed or time_ns < 0:
-            reason = "the record is closed" if self._closed else f"its time is negative, {time_ns} ns"
-            raise RecordError(f"A message on {topic} cannot be recorded: {reason}.")
         kept = without_pixels(message)
         if self._keeps_images:
             with _translated(self._folder):
@@ -93,29 +89,18 @@ class RecordWriter:
             (self._partial / _HANDED_OVER).write_bytes(msgspec.msgpack.encode(self._payloads))
 
     def take_over(self) -> None:
-        """Take the messages that a forked process left.
-
-        Raises:
-            RecordError: the messages are missing or damaged.
-        """
+        """Take the messages that a forked process left."""
         left = self._partial / _HANDED_OVER
-        try:
-            self._payloads = msgspec.msgpack.decode(left.read_bytes(), type=list[Payload])
-            left.unlink()
-        except (OSError, msgspec.MsgspecError) as error:
-            raise RecordError(
-                f"The messages of the run in {self._partial} cannot be read: {error}."
-            ) from error
+        self._payloads = msgspec.msgpack.decode(left.read_bytes(), type=list[Payload])
+        left.unlink()
 
     def close(self, run: RunRecord) -> RunRecord:
         """Write the record, give it its final name, and return `run` with the `digest` of the messages.
 
         Raises:
-            RecordError: `run` has a value that JSON lacks, such as NaN, or the record is closed.
+            RecordError: `run` has a value that JSON lacks, such as NaN.
             OutputError: the record cannot be written, or the folder was filled meanwhile.
         """
-        if self._closed:
-            raise RecordError(f"The record {self._folder} is closed already.")
         run = msgspec.structs.replace(run, digest=self.digest)
         try:
             text = document_text(run)

@@ -1,4 +1,4 @@
-"""The evaluation script of the published exemplar, and the logs that it reads; no run needs any of it."""
+"""The published exemplar's evaluation script, and the logs that it reads."""
 
 from sunset.published.table import PAPER_FORMATS, PUBLISHED, paper_report
 

@@ -1,4 +1,4 @@
-"""Logs in files: CSV, as the published exemplar writes them."""
+"""Logs of the published exemplar: CSV files."""
 
 import csv
 import io
@@ -16,17 +16,17 @@ _NEEDED: Final = ("timestamp", "source", "iou")
 
 
 def find_logs(path: Path) -> list[Path]:
-    """Return the logs that a path stands for: a file of CSV, or those below a folder without runs."""
+    """Return a CSV file, or all CSV files below a folder without runs."""
     if path.suffix.lower() == ".csv" and not path.is_dir():
         return [path]
     return [] if next(path.rglob(RUN_FILE), None) else sorted(path.rglob("*.csv"))
 
 
 def read_log(file: Path) -> list[LogRow]:
-    """Return the rows of a log; columns that it lacks are empty, but for the time, the source and the IoU.
+    """Return the rows of a log; all columns but the time, the source and the IoU are optional.
 
     Raises:
-        RecordError: it cannot be read, or is not such a log.
+        RecordError: the file cannot be read, or is not such a log.
     """
     try:
         text = io.StringIO(read_text(file).removeprefix("\ufeff"), newline="")

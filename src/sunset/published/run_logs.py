@@ -1,7 +1,7 @@
 """From the record of a run to the log that the published exemplar would have written.
 
-A managing system of SUNSET writes no such log. So each adaptation is a strategy that is executed, and it answers the
-rule whose symptom held. There is a rule for each failure.
+SUNSET's managing systems write no such log. Each of their adaptations is taken for an executed strategy, which answers
+the rule of a current symptom. Each failure has a rule.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ from sunset.system import ENTROPY_SIGNAL, Failure, current_system, full_name
 _LOOK_S: Final = 0.2
 """Time between two looks at a symptom [s]."""
 _NEWS_S: Final = 0.15
-"""Greatest age of the symptoms that a managing system acts on [s]: the blackboard is published every 0.1 s."""
+"""Greatest age of symptoms when a managing system acts [s]; the blackboard is published every 0.1 s."""
 _TOLERANCE_S: Final = 1e-6
 
 
@@ -38,7 +38,7 @@ def log_of_run(folder: Path) -> list[LogRow]:
     """Return the log of a stored run, in order of time.
 
     Raises:
-        RecordError: the record is damaged, or was made with other extensions.
+        RecordError: the record is damaged, or other extensions made it.
     """
     run = read_run(folder)
     check_extensions(run, folder)
@@ -56,7 +56,7 @@ def log_of_run(folder: Path) -> list[LogRow]:
 
 @dataclass(frozen=True, slots=True)
 class _Rule:
-    """A rule, the nodes whose adaptation answers it, the failing node first, and when its symptom held."""
+    """A rule, the nodes whose adaptation answers it (the failing node first), and when its symptom held."""
 
     name: str
     nodes: tuple[str, ...]
@@ -68,10 +68,10 @@ class _Rule:
 
 
 def rule_rows(timeline: Timeline, start_ns: int) -> list[LogRow]:
-    """Return the rows of the analyzer and of the planning; 0 in the timeline is `start_ns` on the experiment's clock.
+    """Return the rows of the analyzer and of the planning; `start_ns` is the injection on the experiment's clock.
 
-    A rule triggers with the adaptation that answers it, unless it is triggered already, and succeeds at the first look,
-    every 0.2 s, at which its symptom does not hold.
+    An adaptation triggers the rule that it answers, unless that is triggered already. The rule succeeds when a look,
+    every 0.2 s, does not see its symptom.
     """
     rules = [_rule(failure, timeline) for failure in current_system().failures.values()]
     rows: list[LogRow] = []
@@ -109,10 +109,10 @@ def _rule(failure: Failure, timeline: Timeline) -> _Rule:
 
 
 def _answered(adaptation: ExecutedAdaptation, rules: Sequence[_Rule]) -> _Rule | None:
-    """Return the rule that an adaptation answers; None if no symptom held.
+    """Return the rule that an adaptation answers; None without a symptom.
 
-    It is the rule of a silence of the adapted node, or of a signal of that node or of one downstream. A call that sets
-    parameters answers signals first, any other adaptation silences.
+    The symptom is a silence of the adapted node, or a signal of this node or of a node downstream. A call that sets
+    parameters answers signals first, other adaptations answer silences first.
     """
     node, seen_s = adaptation.node, (adaptation.time, adaptation.time - _NEWS_S)
     able = [rule for rule in rules if node in rule.nodes and any(map(rule.holds_at, seen_s))]

@@ -1,10 +1,9 @@
-"""What a log of the published exemplar gives: by the published evaluation script, and by SUNSET's definitions."""
+"""The figures of a log, by the published evaluation script and by SUNSET's definitions."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import isnan
-from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -13,7 +12,7 @@ from sunset.metrics.downtime import downtime
 from sunset.system import DURATION_S, PERIOD_S
 
 OWN_FIGURES: Final = ("t_down_s", "iou", "iou_all")
-"""The figures of SUNSET for which a log suffices."""
+"""SUNSET's figures that can be computed from a log."""
 
 EVALUATOR: Final = "/evaluator_log"
 EXECUTOR: Final = "scenario_executor"
@@ -24,27 +23,27 @@ EXECUTED: Final = 1
 SUCCEEDED: Final = 3
 FAILED: Final = 4
 RESOLVED: Final = 5
-"""The status of a strategy, in a row of the planning or of the analyzer; 0 where a rule triggers."""
+"""The status of a strategy, in rows of the planning and the analyzer."""
 
 _LONGEST_GAP_NS: Final = 200_000_000
 _DROPPED_ROWS: Final = 4
 _ROWS_AFTER_LAST_EVENT: Final = 10
 _LEAST_FRAMES: Final = 10
-_WALL_NS: Final = 10**18  # no clock of an experiment gets here in 31 years
+_WALL_NS: Final = 10**18  # an experiment's clock needs 31 years for this
 _REDEPLOY_ONLY: Final = frozenset({"hardware_disconnect", "memory_leakage", "gpu_failure"})
 
 
 @dataclass(frozen=True, slots=True)
 class LogRow:
-    """One row of a log.
+    """A row of a log.
 
     Attributes:
         time_ns: on the experiment's clock.
-        source: who writes the row: `EVALUATOR`, `EXECUTOR`, `ANALYZER`, `PLANNING`, or another that no figure needs.
+        source: the writer: `EVALUATOR`, `EXECUTOR`, `ANALYZER`, `PLANNING`, or another, which is ignored.
         rule: the rule that triggers, or has an outcome; of the analyzer.
-        strategy: the strategy that is executed; of the analyzer, the strategy that has an outcome.
-        status: of the strategy, such as `EXECUTED`; 0 where a rule triggers.
-        iou: the frame's IoU, NaN without labels; of the evaluator.
+        strategy: the strategy that is executed, or has an outcome.
+        status: of the strategy, such as `EXECUTED`; 0 when a rule triggers.
+        iou: of the frame, NaN without labels; of the evaluator.
         fault: the injected fault; of the scenario executor.
     """
 
@@ -64,13 +63,13 @@ class LogRow:
 
 @dataclass(frozen=True, slots=True)
 class LogFigures:
-    """What one log gives.
+    """The figures of a log.
 
     Attributes:
-        refused: why the script counts nothing but the redeploys; empty if it counts everything.
-        by_script: each of the paper's five figures → its values in this log: one of f_res/a_exec, #redeploy_u and
-            t_down, one for each success of t_react, one for each frame of IoU.
-        own: each of `OWN_FIGURES` by SUNSET's definitions → its value, if there is one.
+        refused: why the script counts only redeploys; empty if it counts everything.
+        by_script: the values of each of the paper's five figures: of t_react for each success, of IoU for each frame,
+            and at most a single value of the others.
+        own: the value of each of `OWN_FIGURES` by SUNSET's definitions, if there is one.
     """
 
     refused: str
@@ -78,15 +77,11 @@ class LogFigures:
     own: Mapping[str, Sequence[float]]
 
 
-def log_figures(log: Sequence[LogRow], *, own: bool = True) -> LogFigures:
-    """Return what a log gives.
+def log_figures(log: Sequence[LogRow]) -> LogFigures:
+    """Return the figures of a log, whose rows are in order of time.
 
-    The script does not look at the last four rows, nor at what follows the tenth row after the last row that is not a
-    frame. SUNSET's definitions look at the 20 s from the first injected fault on.
-
-    Args:
-        log: in order of time.
-        own: whether figures by SUNSET's definitions are wanted.
+    The script ignores the last four rows, and rows more than ten after the last event, which is a row that is not a
+    frame. SUNSET's definitions use the 20 s from the first injected fault on.
     """
     rows = list(log[:-_DROPPED_ROWS])
     events = [place for place, row in enumerate(rows) if row.source != EVALUATOR]
@@ -99,12 +94,10 @@ def log_figures(log: Sequence[LogRow], *, own: bool = True) -> LogFigures:
     by_script: dict[str, Sequence[float]] = {"redeploys_unnecessary": (redeploys - needed,)}
     if not refused:
         by_script |= {"t_react_s": reactions, **_counted(rows)}
-    by_sunset = _own_figures(log) if own and not _problem(log) else {}
-    return LogFigures(refused, MappingProxyType(by_script), by_sunset)
+    return LogFigures(refused, by_script, {} if _problem(log) else _own_figures(log))
 
 
 def _problem(log: Sequence[LogRow]) -> str:
-    """Return why no figure can be had but redeploys; empty if others can be had."""
     if sum(row.source == EVALUATOR for row in log) < _LEAST_FRAMES:
         return f"it has fewer than {_LEAST_FRAMES} frames"
     if not all(0 < row.time_ns < _WALL_NS for row in log):
@@ -114,7 +107,7 @@ def _problem(log: Sequence[LogRow]) -> str:
 
 
 def _reactions(rows: Iterable[LogRow]) -> tuple[list[float], str]:
-    """Return the times from each rule's trigger to its success [s], and why the script refuses the triggers."""
+    """Return the times from triggers to successes [s], and why the script refuses the log; empty if it does not."""
     triggered: dict[str, int] = {}
     failed: set[str] = set()
     reactions = []

@@ -65,18 +65,20 @@ class _Row:
     def refused(self) -> list[str]:
         return [log.refused for log in self.logs if log.refused]
 
-    def figures(self, *, own: bool) -> dict[str, Quantity | None]:
-        names = OWN_FIGURES if own else tuple(PUBLISHED)
-        logs = [log.own if own else log.by_script for log in self.logs]
-        return {name: _pooled([log.get(name, ()) for log in logs]) for name in names}
+    @property
+    def by_script(self) -> dict[str, Quantity | None]:
+        return {name: _pooled(log.by_script.get(name, ()) for log in self.logs) for name in PUBLISHED}
 
-    def line(self, *, own: bool) -> Line:
-        return Line(self.label, str(len(self.logs)), tuple(self.figures(own=own).values()))
+    @property
+    def own(self) -> dict[str, Quantity | None]:
+        return {name: _pooled(log.own.get(name, ()) for log in self.logs) for name in OWN_FIGURES}
+
+    def line(self, figures: Mapping[str, Quantity | None]) -> Line:
+        return Line(self.label, str(len(self.logs)), tuple(figures.values()))
 
     def to_json(self, *, are_logs: bool) -> dict[str, object]:
         about = {"system": self.label, "logs": len(self.logs), "logs_refused": len(self.refused)}
-        own = {"own": _pairs(self.figures(own=True))} if are_logs else {}
-        return about | _pairs(self.figures(own=False)) | own
+        return about | _pairs(self.by_script) | ({"own": _pairs(self.own)} if are_logs else {})
 
 
 def _pooled(logs: Iterable[Sequence[float]]) -> Quantity | None:
@@ -85,17 +87,17 @@ def _pooled(logs: Iterable[Sequence[float]]) -> Quantity | None:
 
 
 def paper_report(path: Path, form: str = "table", *, progress: Progress | None = None) -> str:
-    """Return the paper's five figures by the published script's rules, in one of `PAPER_FORMATS`.
+    """Return the paper's five figures by the published script's rules.
 
     Args:
         path: a folder of runs: each managing system is a row, with its runs of the suite `paper`. Or a log of the
             published exemplar, or a folder of logs: each folder is a row, also by SUNSET's definitions.
-        form: the format.
+        form: the format, one of `PAPER_FORMATS`.
         progress: called with (logs that are done, logs in all).
 
     Raises:
-        InvalidInputError: there is no such format.
-        RecordError: there is neither a run of the suite nor a log, or one is damaged.
+        InvalidInputError: the format is unknown.
+        RecordError: the path has neither runs of the suite nor logs, or a file is damaged.
     """
     if form not in PAPER_FORMATS:
         raise InvalidInputError(
@@ -103,13 +105,13 @@ def paper_report(path: Path, form: str = "table", *, progress: Progress | None =
         )
     files = find_logs(path)
     read = read_log if files else log_of_run
-    found: dict[str, list[LogFigures]] = {}
+    figures: dict[str, list[LogFigures]] = {}
     sources = [(printable(str(file.parent)), file) for file in files] or _paper_runs(path)
     for done, (label, source) in enumerate(sources, 1):
-        found.setdefault(label, []).append(log_figures(read(source), own=bool(files)))
+        figures.setdefault(label, []).append(log_figures(read(source)))
         if progress is not None:
             progress(done, len(sources))
-    rows = [_Row(label, logs) for label, logs in found.items()]
+    rows = [_Row(label, logs) for label, logs in figures.items()]
     report = _arranged(rows, are_logs=bool(files))
     if form in _RENDERERS:
         return _RENDERERS[form](report)
@@ -122,7 +124,6 @@ def paper_report(path: Path, form: str = "table", *, progress: Progress | None =
 
 
 def _paper_runs(path: Path) -> list[tuple[str, Path]]:
-    """Return the folders of the runs that count, each with the name of its row."""
     runs = [run for run in load_results(path) if run.suite == "paper" and run.valid and not run.is_empty]
     if not runs:
         raise RecordError(f"There is neither a valid run of the suite paper nor a log below {path}.")
@@ -130,16 +131,16 @@ def _paper_runs(path: Path) -> list[tuple[str, Path]]:
 
 
 def _arranged(rows: Sequence[_Row], *, are_logs: bool) -> Report:
-    """Return the report; a row of which the script refuses every log is not in the block by the script."""
+    """Return the report; rows whose logs the script refuses are not in the block by the script."""
     blocks, notes = [], []
     counted = [row for row in rows if len(row.refused) < len(row.logs)]
     if counted:
-        lines = [row.line(own=False) for row in counted]
+        lines = [row.line(row.by_script) for row in counted]
         lines.append(Line("baseline, published", "", tuple(PUBLISHED.values())))
         blocks.append(Block("By the published script", _COLUMNS[:5], tuple(lines), "tab:sunset-paper"))
         notes.append(_METHOD)
     if are_logs:
-        lines = [row.line(own=True) for row in rows]
+        lines = [row.line(row.own) for row in rows]
         blocks.append(Block("By SUNSET's definitions", _COLUMNS[3:], tuple(lines), "tab:sunset-logs"))
         notes.append(_OWN_METHOD)
     notes += [
@@ -152,4 +153,6 @@ def _arranged(rows: Sequence[_Row], *, are_logs: bool) -> Report:
 
 
 def _pairs(figures: Mapping[str, Quantity | None]) -> dict[str, object]:
-    return {name: found and {"mean": found.mean, "std": found.std} for name, found in figures.items()}
+    return {
+        name: quantity and {"mean": quantity.mean, "std": quantity.std} for name, quantity in figures.items()
+    }

@@ -132,12 +132,8 @@ def test_the_same_files_give_the_same_bytes_wherever_they_are(tmp_path: Path) ->
         assert b"  b/notes.txt\n" in file.read("SHA256SUMS")
 
 
-@pytest.mark.parametrize("out", ["taken.zip", "nowhere/x.zip"])
-def test_an_archive_is_written_whole_or_not_at_all(out: str, tmp_path: Path) -> None:
-    (tmp_path / "taken.zip").write_text("mine")
+def test_an_archive_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="cannot be written: No such file"):
+        write_archive(tmp_path / "nowhere/x.zip", {"a": b""})
 
-    with pytest.raises(OutputError, match=r"(exists already: remove it|cannot be written: No such file)"):
-        write_archive(tmp_path / out, {"a": b""})
-
-    assert [file.name for file in tmp_path.iterdir()] == ["taken.zip"]
-    assert (tmp_path / "taken.zip").read_text() == "mine"
+    assert list(tmp_path.iterdir()) == []

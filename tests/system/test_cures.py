@@ -72,7 +72,7 @@ def test_score_world_and_page_agree_on_whether_a_cure_is_in_place(changes: list[
     )
     figures = score(timeline)
     run = StoredRun(Path(), msgspec.structs.replace(RUN, duration_s=duration_s), timeline, figures, ())
-    drawn = {view.name: view.around for view in run_view(run, [START], [], "").faults}
+    drawn = {view["name"]: view["around"] for view in run_view(run, [START], [], "")["faults"]}
 
     world, in_place_s = World(), dict.fromkeys((fault.name for fault in EXTERNAL), 0.0)
     for time, change in zip(times, changes, strict=True):

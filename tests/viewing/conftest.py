@@ -3,6 +3,7 @@
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import pytest
@@ -69,6 +70,11 @@ def data_of(text: str) -> dict[str, Any]:
     assert found is not None
     data: dict[str, Any] = json.loads(found[1])
     return data
+
+
+def attributes_of(text: str) -> Any:
+    """Return the JSON that stands in a page, whose keys are attributes."""
+    return json.loads(json.dumps(data_of(text)), object_hook=lambda content: SimpleNamespace(**content))
 
 
 @pytest.fixture(scope="session")

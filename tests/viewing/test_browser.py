@@ -9,11 +9,10 @@ import msgspec
 import numpy as np
 import pytest
 from tests.viewing.browsers import PROGRAMS, Browser, program_of, started
-from tests.viewing.conftest import Both, Shown
+from tests.viewing.conftest import Both, Shown, attributes_of
 
 from sunset.classes import CLASS_OF_CARLA_ID, COLOURS
 from sunset.recording import read_images
-from sunset.viewing.document import Page
 
 pytestmark = [pytest.mark.thorough, pytest.mark.xdist_group("viewing")]
 
@@ -39,8 +38,8 @@ def browser(request: pytest.FixtureRequest, ten: Shown) -> Iterator[Browser]:
         yield browser
 
 
-def page_of(ten: Shown) -> Page:
-    return msgspec.convert(ten.data, Page)
+def page_of(ten: Shown) -> Any:
+    return attributes_of(ten.page.read_text(encoding="utf-8"))
 
 
 def go(browser: Browser, time: float) -> None:

@@ -7,14 +7,13 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from tests.viewing.conftest import Shown, data_of
+from tests.viewing.conftest import Shown, attributes_of, data_of
 from tests.viewing.unpacking import unpack
 
 import sunset
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.recording import StoredImage, read_images, read_messages
 from sunset.viewing import Viewed, page_text
-from sunset.viewing.document import Page, PicturesView, RunView
 
 pytestmark = pytest.mark.xdist_group("viewing")  # the runs that are shown are made once
 
@@ -23,12 +22,12 @@ SOON = 0.01
 
 
 @pytest.fixture(scope="module")
-def page(ten: Shown) -> Page:
-    return msgspec.convert(ten.data, Page)
+def page(ten: Shown) -> Any:
+    return attributes_of(ten.page.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
-def view(page: Page) -> RunView:
+def view(page: Any) -> Any:
     return page.runs[0]
 
 
@@ -41,7 +40,7 @@ def commands(run: sunset.Run, parameter: str = "", kind: str = "") -> list[float
     ]
 
 
-def test_a_fault_is_drawn_from_its_injection_to_its_end(ten: Shown, view: RunView) -> None:
+def test_a_fault_is_drawn_from_its_injection_to_its_end(ten: Shown, view: Any) -> None:
     injected = {one.fault: one.time for one in ten.run.timeline.injections}
     redeployed = commands(ten.run, kind="redeploy")[0]
     assert len(injected) == 10
@@ -54,7 +53,7 @@ def test_a_fault_is_drawn_from_its_injection_to_its_end(ten: Shown, view: RunVie
         assert until == pytest.approx(view.end if in_the_world else redeployed, abs=SOON)
 
 
-def test_what_makes_up_for_a_fault_is_drawn_while_it_is_in_place(ten: Shown, view: RunView) -> None:
+def test_what_makes_up_for_a_fault_is_drawn_while_it_is_in_place(ten: Shown, view: Any) -> None:
     around = {fault.name: fault.around for fault in view.faults if fault.around}
     only_colour, only_depth, _ = commands(ten.run, "modality")
     (enhanced,) = commands(ten.run, "topic_camera_input")
@@ -83,16 +82,16 @@ faults:
 
 
 @pytest.fixture(scope="module")
-def returning(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> RunView:
+def returning(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> Any:
     """A run of a fault that comes and goes, and is there at the end."""
     assert flight.exists()
     folder = tmp_path_factory.mktemp("returning")
     (folder / "scenario.yaml").write_text(COMES_AND_GOES, encoding="utf-8")
     run = sunset.run(folder / "scenario.yaml", "none", out=folder / "run")
-    return msgspec.convert(data_of(page_text([Viewed(run, None)])), Page).runs[0]
+    return attributes_of(page_text([Viewed(run, None)])).runs[0]
 
 
-def test_a_fault_that_comes_and_goes_is_drawn_once_for_each_time(returning: RunView) -> None:
+def test_a_fault_that_comes_and_goes_is_drawn_once_for_each_time(returning: Any) -> None:
     (fault,) = returning.faults
 
     times = [time for span in fault.spans for time in span]
@@ -105,7 +104,7 @@ class _SetBack(sunset.ManagingSystem):
             self.set_parameter("sensor_fusion", "topic_camera_input", "rgb_camera")
 
 
-def test_episodes_adaptations_and_figures_are_those_of_the_run(ten: Shown, view: RunView) -> None:
+def test_episodes_adaptations_and_figures_are_those_of_the_run(ten: Shown, view: Any) -> None:
     drawn = [
         (failure.name, episode.began, episode.holds, episode.ended)
         for failure in view.failures
@@ -126,7 +125,7 @@ def test_episodes_adaptations_and_figures_are_those_of_the_run(ten: Shown, view:
     assert [one.value for one in view.figures][3] == f"{ten.run.metrics.t_down_s:.2f} s"
 
 
-def test_iou_and_rates_are_drawn_at_the_times_of_the_record(ten: Shown, view: RunView) -> None:
+def test_iou_and_rates_are_drawn_at_the_times_of_the_record(ten: Shown, view: Any) -> None:
     messages: Any = read_messages(ten.run.folder)
     start_ns = next(one.message.timestamp for one in messages if one.topic == "/experiment/log")
     taken = {
@@ -154,7 +153,7 @@ def test_iou_and_rates_are_drawn_at_the_times_of_the_record(ten: Shown, view: Ru
             assert frames[round(time, 6)] == pytest.approx(iou, abs=1e-5)
 
 
-def test_signals_are_drawn_with_the_mean_that_their_threshold_is_for(ten: Shown, view: RunView) -> None:
+def test_signals_are_drawn_with_the_mean_that_their_threshold_is_for(ten: Shown, view: Any) -> None:
     entropy = next(one for one in view.signals if one.name == "segmentation_entropy")
     samples = ten.run.timeline.samples["segmentation_entropy"]
 
@@ -164,7 +163,7 @@ def test_signals_are_drawn_with_the_mean_that_their_threshold_is_for(ten: Shown,
     assert entropy.means[4] == pytest.approx(samples.values[:5].mean(), rel=1e-4)
 
 
-def test_lifecycles_are_those_of_redeployed_nodes(ten: Shown, view: RunView) -> None:
+def test_lifecycles_are_those_of_redeployed_nodes(ten: Shown, view: Any) -> None:
     redeployed = commands(ten.run, kind="redeploy")
     states = {
         node.name: [(one.state, one.since) for one in node.states if one.until - one.since > SOON]
@@ -181,7 +180,7 @@ def test_lifecycles_are_those_of_redeployed_nodes(ten: Shown, view: RunView) -> 
         assert states[node][2][1] == pytest.approx(time + delay, abs=SOON)
 
 
-def test_the_network_s_input_is_what_the_modality_says(ten: Shown, view: RunView) -> None:
+def test_the_network_s_input_is_what_the_modality_says(ten: Shown, view: Any) -> None:
     (given,) = (panel for panel in view.frames.panels if panel.name == "given")
     redeployed = commands(ten.run, kind="redeploy")[0]
     only_colour, only_depth, both = commands(ten.run, "modality")
@@ -201,7 +200,7 @@ def test_the_network_s_input_is_what_the_modality_says(ten: Shown, view: RunView
     assert kinds(both, view.end) == {(True, True)}
 
 
-def test_labels_and_truth_are_exact_and_colour_is_as_near_as_the_page_says(ten: Shown, page: Page) -> None:
+def test_labels_and_truth_are_exact_and_colour_is_as_near_as_the_page_says(ten: Shown, page: Any) -> None:
     frames, pictures = page.runs[0].frames, page.pictures
     places = {
         topic: panel.pictures
@@ -236,12 +235,12 @@ def _difference(data: bytes, image: StoredImage) -> float:
     return float(np.abs(shown - image.pixels).mean())
 
 
-def _stated_loss(pictures: PicturesView) -> float:
+def _stated_loss(pictures: Any) -> float:
     before, _, _ = pictures.note.partition(" of 255")
     return float(before.rpartition(" ")[2])
 
 
-def test_what_happened_is_told_in_sentences(view: RunView) -> None:
+def test_what_happened_is_told_in_sentences(view: Any) -> None:
     told = " ".join(view.story)
 
     assert told.startswith("Ten faults were injected at 0 s: camera_driver_issue (F1), ")
@@ -264,14 +263,14 @@ class _Failing(sunset.ManagingSystem):
             raise ValueError("no plan")
 
 
-def test_what_came_again_is_told_once_with_its_times_to_a_tenth_of_a_second(returning: RunView) -> None:
+def test_what_came_again_is_told_once_with_its_times_to_a_tenth_of_a_second(returning: Any) -> None:
     assert returning.story[:2] == [
         "Three faults were injected: camera_driver_issue (F1) three times, at 0.5, 2.5 and 4.5 s.",
         "camera_driver_issue healed by itself two times, at 1.5 and 3.5 s.",
     ]
 
 
-def test_what_healed_is_no_fault_that_came(returning: RunView) -> None:
+def test_what_healed_is_no_fault_that_came(returning: Any) -> None:
     kinds = [(one.kind, round(one.time, 1)) for one in returning.events if one.kind in {"fault", "healed"}]
 
     assert kinds == [("fault", 0.5), ("healed", 1.5), ("fault", 2.5), ("healed", 3.5), ("fault", 4.5)]

@@ -11,14 +11,13 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from tests.viewing.conftest import Both, Shown, data_of
+from tests.viewing.conftest import Both, Shown, attributes_of, data_of
 from tests.viewing.unpacking import unpack
 
 import sunset
 from sunset.errors import OutputError, RecordError
 from sunset.recording import StoredImage
-from sunset.viewing import Viewed, page_text, write_page
-from sunset.viewing.document import Page
+from sunset.viewing import Viewed, page_text
 from sunset.viewing.pictures import Source, make_pictures
 from sunset.viewing.words import compared
 
@@ -77,7 +76,7 @@ def test_the_same_run_gives_the_same_page(ten: Shown, tmp_path: Path) -> None:
 def test_the_images_of_a_run_without_any_are_made_by_its_commands_and_two_share_their_pictures(
     both: Both,
 ) -> None:
-    page = msgspec.convert(data_of(both.page.read_text(encoding="utf-8")), Page)
+    page = attributes_of(both.page.read_text(encoding="utf-8"))
     truths = [{panel.name: panel.pictures for panel in run.frames.panels}["truth"] for run in page.runs]
     assert truths[0] == truths[1]
     assert min(truths[0]) >= 0
@@ -217,13 +216,18 @@ def test_what_cannot_be_shown_or_written_is_said_in_a_sentence(pair: Pair, mista
 def test_a_page_is_written_over(pair: Pair, tmp_path: Path) -> None:
     file = tmp_path / "new" / "page.html"
 
-    write_page([Viewed(pair[0], None, "No pictures.")], file)
+    assert pair[0].view(out=file, show=False) == file
     first = file.read_bytes()
-    write_page([Viewed(pair[0], None, "No pictures.")], file)
+    pair[0].view(out=file, show=False)
 
     assert file.read_bytes() == first
-    assert data_of(first.decode())["runs"][0]["remark"] == "No pictures."
-    assert [one.name for one in file.parent.iterdir()] == ["page.html"]
+    assert [path.name for path in file.parent.iterdir()] == ["page.html"]
+
+
+def test_a_page_says_why_it_has_no_pictures(pair: Pair) -> None:
+    text = page_text([Viewed(pair[0], None, "No pictures.")])
+
+    assert data_of(text)["runs"][0]["remark"] == "No pictures."
 
 
 def test_runs_thresholds_and_events_have_colours_of_their_own(ten: Shown) -> None:

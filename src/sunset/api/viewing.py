@@ -21,10 +21,11 @@ from sunset.api.options import (
 )
 from sunset.errors import InvalidInputError, RecordError, SunsetError
 from sunset.experiments import play_back
+from sunset.output_files import write_text
 from sunset.recording import IMAGES_FILE, StoredRun, read_stored_run
 from sunset.rmw.backends import SIMULATED
 from sunset.texts import shown
-from sunset.viewing import Viewed, check_comparable, check_page_file, is_shown, page_text, write_page
+from sunset.viewing import Viewed, check_comparable, check_page_file, is_shown, page_text
 from sunset.workers import Stages
 
 _PLAYED: Final = (
@@ -152,7 +153,7 @@ def view(
         runs = [stack.enter_context(one.at_hand()) for one in given]
         with _with_images(runs, None if model is None else str(model), place, progress) as viewed:
             making = None if progress is None else partial(progress, "Making pictures")
-            write_page(viewed, file, progress=making)
+            write_text(file, page_text(viewed, progress=making), "page")
     if show and can_show_pages():
         webbrowser.open(file.resolve().as_uri())
     return file

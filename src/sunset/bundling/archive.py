@@ -29,23 +29,12 @@ _RATIO: Final = 50
 _PIECE: Final = 2**20
 
 
-def check_new(out: Path) -> None:
-    """Raise `OutputError` if a file exists."""
-    if out.exists():
-        raise OutputError(f"The file {out} exists already: remove it, or name another one with --out.")
-
-
 def write_archive(out: Path, files: Mapping[str, Path | bytes]) -> str:
-    """Write files and the list of their checksums into a new zip file; return its SHA-256, in hexadecimal.
-
-    Args:
-        out: the zip file, which appears when it is complete.
-        files: name in the zip file → a file, or its content.
+    """Write files, name → file or content, and their checksums into a zip file; return its SHA-256, in hexadecimal.
 
     Raises:
-        OutputError: the zip file exists, or cannot be written.
+        OutputError: the zip file cannot be written.
     """
-    check_new(out)
     sums = ""
     with draft_of(out, "bundle") as draft:
         with zipfile.ZipFile(draft, "w") as archive:

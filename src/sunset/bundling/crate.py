@@ -8,16 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 from urllib.parse import quote
 
-from sunset.bundling.citation import (
-    ANONYMOUS,
-    DEVELOPERS,
-    PAPER,
-    PAPER_AUTHORS,
-    PAPER_YEAR,
-    SOFTWARE,
-    Citation,
-)
-from sunset.bundling.layout import CAMPAIGN, CITATION_FILE, CRATE_FILE, README_FILE
+from sunset.bundling.citation import ANONYMOUS, PAPER, PAPER_AUTHORS, PAPER_YEAR, SOFTWARE, Citation
+from sunset.bundling.layout import CITATION_FILE, CRATE_FILE, README_FILE
 from sunset.recording import CampaignPlan
 from sunset.texts import counted
 
@@ -26,32 +18,15 @@ _Entity = dict[str, object]
 _SPECIFICATION: Final = "https://w3id.org/ro/crate/1.1"
 _ROOT: Final = "./"
 _SOFTWARE: Final = "#sunset"
-_DEVELOPERS: Final = "#sunset-developers"
 _PAPER: Final = "#paper"
-_ACTION: Final = "#campaign"
 _NO_LICENCE: Final = "No licence is given: ask the authors before using this."
-
 _MEDIA_TYPES: Final = {
-    "cff": "application/yaml",
     "json": "application/json",
     "md": "text/markdown",
     "mcap": "application/octet-stream",
     "py": "text/x-python",
     "yaml": "application/yaml",
-    "yml": "application/yaml",
 }
-
-_PAPER_AUTHORS: Final[tuple[_Entity, ...]] = tuple(
-    {
-        "@id": orcid or f"#{family.lower()}",
-        "@type": "Person",
-        "name": f"{given} {family}",
-        "givenName": given,
-        "familyName": family,
-    }
-    for family, given, orcid in PAPER_AUTHORS
-)
-
 _README: Final = """# {title}
 
 {description}
@@ -83,39 +58,12 @@ def description_of(plan: CampaignPlan) -> str:
 
 
 def _crate_text(plan: CampaignPlan, citation: Citation, sizes: Mapping[str, int]) -> str:
+    authors = [(author.name, author.orcid) for author in citation.authors] or [(ANONYMOUS, "")]
+    people = [_person(*author) for author in authors]
+    paper_authors = [_person(f"{given} {family}", orcid) for family, given, orcid in PAPER_AUTHORS]
+    licences = [_licence(citation)] if citation.licence else []
     files = [_file(name, size) for name, size in sorted(sizes.items())]
-    people: list[_Entity] = [
-        {"@id": author.orcid or f"#author-{number}", "@type": "Person", "name": author.name}
-        for number, author in enumerate(citation.authors, 1)
-    ] or [{"@id": f"#{ANONYMOUS}", "@type": "Person", "name": ANONYMOUS}]
-    licences: list[_Entity] = [
-        {
-            "@id": citation.licence_address,
-            "@type": "CreativeWork",
-            "name": citation.licence,
-            "description": f"The bundle may be used under {citation.licence}.",
-        }
-    ]
-    graph = [
-        *_dataset(plan, citation, people, files, licences if citation.licence else ()),
-        *_sources(plan),
-        *(person for person in people if person not in _PAPER_AUTHORS),
-        *(licences if citation.licence else ()),
-        *files,
-    ]
-    content = {"@context": f"{_SPECIFICATION}/context", "@graph": graph}
-    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-
-
-def _dataset(
-    plan: CampaignPlan,
-    citation: Citation,
-    people: Sequence[_Entity],
-    files: Sequence[_Entity],
-    licences: Sequence[_Entity],
-) -> tuple[_Entity, ...]:
-    """Return the metadata file, the bundle as a dataset, and the campaign as the action that made it."""
-    about: _Entity = {"@id": CRATE_FILE, "@type": "CreativeWork"}
+    metadata: _Entity = {"@id": CRATE_FILE, "@type": "CreativeWork", "about": {"@id": _ROOT}}
     dataset: _Entity = {
         "@id": _ROOT,
         "@type": "Dataset",
@@ -125,43 +73,22 @@ def _dataset(
         "license": _links(licences) if licences else _NO_LICENCE,
         "author": _links(people),
         "citation": {"@id": _PAPER},
-        "mentions": {"@id": _ACTION},
+        "mentions": {"@id": _SOFTWARE},
         "hasPart": _links(files),
     }
-    action: _Entity = {
-        "@id": _ACTION,
-        "@type": "CreateAction",
-        "name": "The runs of the campaign",
-        "description": description_of(plan),
-        "agent": _links(people),
-        "instrument": {"@id": _SOFTWARE},
-        "object": _links([file for file in files if "programmingLanguage" in file]),
-        "result": _links([file for file in files if str(file["@id"]).startswith(f"{CAMPAIGN}/")]),
-    }
-    return about | {"conformsTo": {"@id": _SPECIFICATION}, "about": {"@id": _ROOT}}, dataset, action
-
-
-def _sources(plan: CampaignPlan) -> tuple[_Entity, ...]:
-    """Return SUNSET, its developers, and the paper with its authors."""
-    requirements = [f"{name} {version}" for name, version in plan.versions.items() if name != "sunset"]
-    software: _Entity = {
-        "@id": _SOFTWARE,
-        "@type": "SoftwareApplication",
-        "name": SOFTWARE,
-        "version": plan.versions["sunset"],
-        "softwareRequirements": requirements,
-        "author": {"@id": _DEVELOPERS},
-        "citation": {"@id": _PAPER},
-    }
-    paper: _Entity = {
-        "@id": _PAPER,
-        "@type": "ScholarlyArticle",
-        "name": PAPER,
-        "datePublished": str(PAPER_YEAR),
-        "author": _links(_PAPER_AUTHORS),
-    }
-    developers: _Entity = {"@id": _DEVELOPERS, "@type": "Organization", "name": DEVELOPERS}
-    return software, developers, paper, *_PAPER_AUTHORS
+    software = {"@id": _SOFTWARE, "@type": "SoftwareApplication", "name": SOFTWARE}
+    paper = {"@id": _PAPER, "@type": "ScholarlyArticle", "name": PAPER, "datePublished": str(PAPER_YEAR)}
+    graph = [
+        metadata | {"conformsTo": {"@id": _SPECIFICATION}},
+        dataset,
+        software | {"version": plan.versions["sunset"]},
+        paper | {"author": _links(paper_authors)},
+        *{str(person["@id"]): person for person in (*people, *paper_authors)}.values(),
+        *licences,
+        *files,
+    ]
+    content = {"@context": f"{_SPECIFICATION}/context", "@graph": graph}
+    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
 
 
 def _links(entities: Sequence[_Entity]) -> object:
@@ -170,14 +97,17 @@ def _links(entities: Sequence[_Entity]) -> object:
     return links[0] if len(links) == 1 else links
 
 
+def _person(name: str, orcid: str) -> _Entity:
+    return {"@id": orcid or f"#{quote(name)}", "@type": "Person", "name": name}
+
+
+def _licence(citation: Citation) -> _Entity:
+    description = f"The bundle may be used under {citation.licence}."
+    entity: _Entity = {"@id": citation.licence_address, "@type": "CreativeWork", "name": citation.licence}
+    return entity | {"description": description}
+
+
 def _file(name: str, size: int) -> _Entity:
-    suffix = name.rpartition(".")[2]
-    is_code = suffix == "py"
-    return {
-        "@id": quote(name),
-        "@type": ["File", "SoftwareSourceCode"] if is_code else "File",
-        "name": name,
-        "contentSize": str(size),
-        "encodingFormat": _MEDIA_TYPES.get(suffix, "text/plain"),
-        **({"programmingLanguage": "Python"} if is_code else {}),
-    }
+    media_type = _MEDIA_TYPES.get(name.rpartition(".")[2], "text/plain")
+    file: _Entity = {"@id": quote(name), "@type": "File", "name": name, "contentSize": str(size)}
+    return file | {"encodingFormat": media_type}

@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from sunset.bundling.archive import check_new, write_archive
+from sunset.bundling.archive import write_archive
 from sunset.bundling.checks import check_campaign
-from sunset.bundling.citation import ANONYMOUS, Author, Citation, parse_author, parse_date
+from sunset.bundling.citation import Citation, parse_author, parse_date
 from sunset.bundling.crate import describing_files
 from sunset.bundling.layout import CAMPAIGN, CARD_FILE, MANIFEST_FILE, REPORT_FILE, SCENARIOS, Manifest
 from sunset.bundling.sources import Files, find_extension_sources, find_manager_sources
-from sunset.errors import RecordError
+from sunset.errors import OutputError, RecordError
 from sunset.evaluation import render_report
 from sunset.experiments import count_runs, scenario_of
 from sunset.flights import FlightSpec
@@ -75,14 +75,14 @@ def bundle(
     The managed system of this process has the extensions of the campaign.
     """
     plan = _read(folder)
-    named = tuple(map(parse_author, authors))
     citation = Citation(
         title=title or f"SUNSET campaign: {', '.join(plan.managers)} over {plan.suite}",
-        authors=tuple(author for author in named if author != Author(ANONYMOUS)),
+        authors=tuple(map(parse_author, authors)),
         licence=licence,
         published=parse_date(published),
     )
-    check_new(out)
+    if out.exists():
+        raise OutputError(f"The file {out} exists already: remove it, or name another one with --out.")
     runs = _checked_runs(folder, plan, progress)
     files, lacking = _files(folder, plan, runs)
     sizes = {

@@ -89,7 +89,7 @@ class StoredImage:
         return cast("_Pixels", decoded)
 
 
-class ImageWriter:
+class ImageWriter(BagWriter):
     """Writes the images of a run into a bag in an existing folder.
 
     Args:
@@ -98,11 +98,11 @@ class ImageWriter:
     """
 
     def __init__(self, folder: Path, wanted: Callable[[str], bool] | None = None) -> None:
-        self._bag = BagWriter(folder, IMAGES_FILE)
+        super().__init__(folder, IMAGES_FILE)
         self._wanted = wanted
         self._pngs: dict[tuple[object, ...], bytes] = {}
 
-    def write(self, topic: str, time_ns: int, message: Message) -> None:
+    def add(self, topic: str, time_ns: int, message: Message) -> None:
         """Keep the images of a message, or the numbers of the blackboard."""
         if isinstance(message, Image):
             self._write_image(topic, time_ns, message)
@@ -133,15 +133,7 @@ class ImageWriter:
         self._put(topic + _SUFFIX, time_ns, CompressedImage(header=image.header, format=kind, data=data))
 
     def _put(self, topic: str, time_ns: int, message: Message) -> None:
-        self._bag.write(Payload(topic, type_name(type(message)), time_ns, serialize(message)))
-
-    def close(self) -> None:
-        """Complete the bag."""
-        self._bag.close()
-
-    def abort(self) -> None:
-        """Close the bag if it is incomplete."""
-        self._bag.abort()
+        self.write(Payload(topic, type_name(type(message)), time_ns, serialize(message)))
 
 
 def without_pixels(message: Message) -> Message:

@@ -76,41 +76,28 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     """The content of `run.json`: the run, its surroundings, and its results.
 
     Attributes:
-        suite: empty for a scenario outside of suites.
-        suite_size: how many scenarios the suite or folder has; 0 if unknown.
+        suite: empty for a scenario outside of suites; `suite_size` scenarios, 0 if unknown.
         alike: the degradations by which runs are clustered; without any, the failures.
         manager_spec: the name by which the managing system was loaded, unless it is `manager`.
-        manager_checksum: of the managing system's files; empty if there is none.
         manager_versions: the distributions that the managing system imported, by name.
         manager_failed: how the managing system failed; with `is_empty`, why there are neither messages nor figures.
         missing_walls: the walls that a user's managing system lacked.
-        evidence: the kind of messages that the managing system used.
         flight_conditions: for rendering the flight, unless it is the default flight.
         flight_warning: a sentence for readers of the figures.
-        bag_size: height and width of the recorded images [pixels].
+        bag_size: height and width of the recorded images [pixels]; of the networks' input, `frame_size`.
         bag_dropped: how many images lack a partner.
-        frame_size: height and width of the networks' input [pixels].
-        compute_s: the modelled compute time of each node [s]; in the simulation.
-        jitter: its relative half-width; in the simulation.
-        latency_s: how long a message is on its way [s]; in the simulation.
+        compute_s: the modelled compute time of each node [s], and `jitter`, its relative half-width.
+        latency_s: how long a message is on its way [s].
         speed: seconds of `/clock` in a second; live.
         viewers: nodes that only watch, and could read the truth.
-        warm_up_s: healthy operation before the injection [s].
-        duration_s: the measured time [s].
-        period_s: the time between two frames [s].
         expected_frames: how many frames are measured if none is lost.
-        task: `repair`, or `diagnose`, in which adaptations are refused.
         thinking_s: the experiment's time for every decision of the managing system [s].
-        entropy_threshold: F4 holds above it.
-        sharpness_threshold: F5 holds below it.
-        extensions: name → checksum.
+        entropy_threshold: F4 holds above it, and F5 below `sharpness_threshold`.
         versions: of everything that the record's bytes may depend on.
         start_ns: the time of the injection, in nanoseconds of the experiment's clock.
         metrics: the figures by name; `stored_figures` checks them.
-        computer_kept_up: whether the computer was fast enough; live.
         frames_lost: how many frames were lost before the injection; live.
-        valid: whether the run counts.
-        reason: why the run does not count.
+        valid: whether the run counts; if not, `reason` says why.
         digest: SHA-256 of the messages; `RecordWriter` sets it.
     """
 
@@ -234,14 +221,7 @@ def _same(stored: object, computed: object) -> bool:
 
 
 class StoredFlight(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The facts about a flight on which a campaign's results depend.
-
-    Attributes:
-        conditions: for rendering; UNSET for a bag.
-        entropy_threshold: F4 holds above it.
-        sharpness_threshold: F5 holds below it.
-        warning: a sentence for readers of the figures; empty if there is none.
-    """
+    """The facts about a flight on which a campaign's results depend; a bag has no `conditions` for rendering."""
 
     bag_checksum: str
     conditions: dict[str, int | float | str] | UnsetType = UNSET
@@ -254,9 +234,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     """The content of `bench.json`: everything on which a campaign's results may depend, by name and by content.
 
     Attributes:
-        suite: the suite's name or folder.
-        scenarios: the scenarios of the suite that are run; all if empty.
-        scenarios_checksum: of all scenarios that are run.
+        suite: the suite's name or folder; of it, `scenarios` are run, or all.
         split: the hash of the split in the suite's folder; empty if there is none.
         references: whether the paper's two reference rows are run, too.
         score: whether the managing systems of `SCORE_REFERENCES` are run, too.
@@ -267,11 +245,7 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
         bag: the bag's path; None for the default flight.
         flights: the flights of every scenario, as they were named; if empty, each scenario has its own.
         flight_facts: of each flight but the default flight, by name.
-        speed: seconds of `/clock` in a second; live.
-        task: `repair` or `diagnose`.
-        thinking_s: the experiment's time for every decision of a managing system [s].
         versions: of everything that a record's bytes may depend on.
-        extensions: name → checksum.
     """
 
     plan_version: int

@@ -69,7 +69,7 @@ class RecordWriter:
         if self._keeps_images:
             with _translated(self._folder):
                 self._images = self._images or ImageWriter(self._partial, self._wanted)
-                self._images.write(topic, time_ns, message)
+                self._images.add(topic, time_ns, message)
         self._payloads.append(Payload(topic, type_name(type(kept)), time_ns, serialize(kept)))
 
     @property

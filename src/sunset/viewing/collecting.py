@@ -1,10 +1,13 @@
-"""From the record of a run to its view in a page."""
+"""From the record of a run to the JSON that the page's scripts read.
+
+Times are in seconds from the injection, negative before it; spans are pairs of times.
+"""
 
 from collections.abc import Sequence
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from msgspec import UNSET
 
 from sunset.metrics import Samples, Settings
 from sunset.metrics.downtime import TOLERANCE_S
@@ -23,35 +26,24 @@ from sunset.system import (
     short_name,
 )
 from sunset.texts import printable, shorten
-from sunset.viewing.document import (
-    AdaptationView,
-    EpisodeView,
-    FailureView,
-    FaultView,
-    Figure,
-    Happening,
-    NodeView,
-    RunView,
-    SignalView,
-    Span,
-    StateView,
-    TopicView,
-)
 from sunset.viewing.frames import frames_view
 from sunset.viewing.pictures import Placed
 from sunset.viewing.words import described, outcome_of, story
 
-_DIGITS = 6
+View = dict[str, Any]
+"""An object of the JSON."""
+
+_DIGITS: Final = 6
 """Digits of times in seconds, to the microsecond."""
 
 
 def run_view(
     run: StoredRun, messages: Sequence[RecordedMessage], placed: Sequence[Placed], note: str
-) -> RunView:
-    """Return the view of a run.
+) -> View:
+    """Return the view of a run, whose extensions the managed system of this process has.
 
     Args:
-        run: the run; the managed system of this process has its extensions.
+        run: the run.
         messages: all messages of the record, in order of time.
         placed: the places of its images' pictures.
         note: a remark about its pictures.
@@ -62,55 +54,58 @@ def run_view(
     record = run.record
     start_ns = start_of(messages)
     first_ns = next((recorded.time_ns for recorded in messages if recorded.topic == TRUTH_TOPIC), None)
-    warm_up = 0.0 if record.warm_up_s is UNSET else record.warm_up_s
-    start = -warm_up if first_ns is None else min((first_ns - start_ns) / 1e9, 0.0)
-    end = record.duration_s
-    return RunView(
-        manager=record.manager,
-        described=described(record),
-        story=story(run),
-        remark=" ".join(filter(None, (*remarks_of(record, run.differing), note))),
-        start=round(start, _DIGITS),
-        end=end,
-        period=record.period_s,
-        faults=_faults(run),
-        failures=_failures(run),
-        adaptations=_adaptations(run),
-        log=[_happening(event) for event in run.events if event[1] == "log"],
-        signals=_signals(run),
-        topics=_topics(messages, start_ns),
-        nodes=[NodeView(name, _lifecycle(run, name, (start, end))) for name in current_system().nodes],
-        events=[_happening(event) for event in run.events],
-        figures=[Figure(*figure) for figure in figures_of(run.metrics)],
-        iou=(_rounded(run.timeline.frames.times), _digits(run.timeline.frames.iou)),
-        frames=frames_view(messages, start_ns, end, placed, record.period_s),
-    )
+    start = -(record.warm_up_s or 0.0) if first_ns is None else min((first_ns - start_ns) / 1e9, 0.0)
+    events = [_event(event) for event in run.events]
+    return {
+        "manager": record.manager,
+        "described": described(record),
+        "story": story(run),
+        "remark": " ".join(filter(None, (*remarks_of(record, run.differing), note))),
+        "start": round(start, _DIGITS),
+        "end": record.duration_s,
+        "period": record.period_s,
+        "faults": _faults(run),
+        "failures": _failures(run),
+        "adaptations": _adaptations(run),
+        "log": [event for event in events if event["kind"] == "log"],
+        "signals": _signals(run),
+        "topics": _topics(messages, start_ns),
+        "nodes": [{"name": name, "states": _states(run, name, start)} for name in current_system().nodes],
+        "events": events,
+        "figures": [
+            dict(zip(("name", "value", "remark"), figure, strict=True)) for figure in figures_of(run.metrics)
+        ],
+        "iou": (_rounded(run.timeline.frames.times), _digits(run.timeline.frames.iou)),
+        "frames": frames_view(messages, start_ns, record, placed),
+    }
 
 
-def _happening(event: Event) -> Happening:
+def _event(event: Event) -> View:
     time, kind, text = event
-    return Happening(time, kind, printable(shorten(text)))
+    return {"time": time, "kind": kind, "text": printable(shorten(text))}
 
 
-def _lifecycle(run: StoredRun, node: str, span: Span) -> list[StateView]:
+def _states(run: StoredRun, node: str, start: float) -> list[View]:
     """Return the lifecycle states of a managed node in order of time; may be empty."""
+    end = run.record.duration_s
     changes = [
         setting
         for setting in run.timeline.settings
         if setting.name == STATE and short_name(setting.node) == node
     ]
-    states: list[StateView] = []
-    ends = [*(change.time for change in changes[1:]), span[1]]
+    states: list[View] = []
+    ends = [*(change.time for change in changes[1:]), end]
     for change, until in zip(changes, ends, strict=False):
-        first, last = max(change.time, span[0]), min(until, span[1])
-        if first < last and states and states[-1].state == change.value:
-            first = states.pop().since
+        first, last = max(change.time, start), min(until, end)
+        if first < last and states and states[-1]["state"] == change.value:
+            first = states.pop()["since"]
         if first < last:
-            states.append(StateView(first, last, change.value))
+            states.append({"since": first, "until": last, "state": change.value})
     return states
 
 
-def _faults(run: StoredRun) -> list[FaultView]:
+def _faults(run: StoredRun) -> list[View]:
+    """Return each fault with the spans in which it was there, and in which adaptations worked around it."""
     views, settings, end = [], Settings(run.timeline.settings), run.record.duration_s
     for name in dict.fromkeys(injection.fault for injection in run.timeline.injections):
         fault = find_fault(name)  # None if the record is of another version
@@ -121,54 +116,54 @@ def _faults(run: StoredRun) -> list[FaultView]:
             if injection.time < end
         ]
         views.append(
-            FaultView(
-                name=name,
-                description=fault.description if fault else "",
-                failure=injections[0].failure,
-                node=short_name(injections[0].node),
-                spans=spans,
-                around=sorted(stretch for span in spans for stretch in settings.in_place(name, *span)),
-            )
+            {
+                "name": name,
+                "description": fault.description if fault else "",
+                "failure": injections[0].failure,
+                "node": short_name(injections[0].node),
+                "spans": spans,
+                "around": sorted(stretch for span in spans for stretch in settings.in_place(name, *span)),
+            }
         )
     return views
 
 
-def _failures(run: StoredRun) -> list[FailureView]:
+def _failures(run: StoredRun) -> list[View]:
     return [
-        FailureView(
-            name=failure.name,
-            description=failure.description,
-            symptom=failure.symptom,
-            topic=full_name(failure.topic) if failure.topic else "",
-            episodes=[
-                EpisodeView(
-                    began=episode.began,
-                    holds=episode.holds,
-                    ended=episode.ended,
-                    cause=cause_of(episode),
-                    outcome=outcome_of(episode),
-                )
+        {
+            "name": failure.name,
+            "description": failure.description,
+            "symptom": failure.symptom,
+            "topic": full_name(failure.topic) if failure.topic else "",
+            "episodes": [
+                {
+                    "began": episode.began,
+                    "holds": episode.holds,
+                    "ended": episode.ended,
+                    "cause": cause_of(episode),
+                    "outcome": outcome_of(episode),
+                }
                 for episode in run.episodes
                 if episode.failure == failure.name
             ],
-        )
+        }
         for failure in current_system().failures.values()
     ]
 
 
-def _adaptations(run: StoredRun) -> list[AdaptationView]:
+def _adaptations(run: StoredRun) -> list[View]:
     return [
-        AdaptationView(
-            time=adaptation.time,
-            text=str(adaptation),
-            node=adaptation.node,
-            resolved=[episode.failure for episode in run.episodes if episode.adaptation == adaptation],
-        )
+        {
+            "time": adaptation.time,
+            "text": str(adaptation),
+            "node": adaptation.node,
+            "resolved": [episode.failure for episode in run.episodes if episode.adaptation == adaptation],
+        }
         for adaptation in run.adaptations
     ]
 
 
-def _signals(run: StoredRun) -> list[SignalView]:
+def _signals(run: StoredRun) -> list[View]:
     failures = {failure.signal: failure.name for failure in current_system().failures.values()}
     views = []
     for name, signal in current_system().signals.items():
@@ -177,27 +172,30 @@ def _signals(run: StoredRun) -> list[SignalView]:
         pairs = zip(samples.times.tolist(), samples.values.tolist(), strict=True)
         means = [moving.add(*pair) for pair in pairs]
         views.append(
-            SignalView(
-                name=name,
-                unit=signal.unit,
-                threshold=run.timeline.thresholds.get(signal.threshold_name),
-                below=signal.below,
-                failure=failures.get(name, ""),
-                times=_rounded(samples.times),
-                values=_digits(samples.values),
-                means=[None if mean is None else float(f"{mean:.5g}") for mean in means],
-            )
+            {
+                "name": name,
+                "unit": signal.unit,
+                "threshold": run.timeline.thresholds.get(signal.threshold_name),
+                "below": signal.below,
+                "failure": failures.get(name, ""),
+                "times": _rounded(samples.times),
+                "values": _digits(samples.values),
+                "means": [None if mean is None else float(f"{mean:.5g}") for mean in means],
+            }
         )
     return views
 
 
-def _topics(messages: Sequence[RecordedMessage], start_ns: int) -> list[TopicView]:
+def _topics(messages: Sequence[RecordedMessage], start_ns: int) -> list[View]:
     system = current_system()
     times: dict[str, list[float]] = {full_name(name): [] for name in system.topics}
     for recorded in messages:
         if recorded.topic in times:
             times[recorded.topic].append(round((recorded.time_ns - start_ns) / 1e9, _DIGITS))
-    return [TopicView(topic, system.publishers.get(topic, BAG_PLAYER), sent) for topic, sent in times.items()]
+    return [
+        {"name": topic, "node": system.publishers.get(topic, BAG_PLAYER), "times": sent}
+        for topic, sent in times.items()
+    ]
 
 
 def _rounded(times: npt.NDArray[np.float64]) -> list[float]:

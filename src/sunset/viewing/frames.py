@@ -8,7 +8,7 @@ import numpy as np
 
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation, ImageDigest
-from sunset.recording import RecordedMessage
+from sunset.recording import RecordedMessage, RunRecord
 from sunset.recording.timelines import content_of
 from sunset.system import (
     EVALUATION_TOPIC,
@@ -19,7 +19,6 @@ from sunset.system import (
     full_name,
     short_name,
 )
-from sunset.viewing.document import FramesView, Panel
 from sunset.viewing.pictures import LABELS, Placed
 
 _FUSED: Final = full_name("sensors_fused")
@@ -88,16 +87,17 @@ def is_shown(topic: str) -> bool:
 
 
 def frames_view(
-    messages: Iterable[RecordedMessage], start_ns: int, end: float, placed: Sequence[Placed], period: float
-) -> FramesView:
-    """Return the frames of a run, with their pictures.
+    messages: Iterable[RecordedMessage], start_ns: int, run: RunRecord, placed: Sequence[Placed]
+) -> dict[str, object]:
+    """Return the frames of a run and their panels.
+
+    Stamps are texts, since scripts lack such large numbers.
 
     Args:
         messages: of the record.
         start_ns: the time of the injection.
-        end: the duration; later frames are left out [s].
+        run: the record.
         placed: the places of the images' pictures; may be empty.
-        period: the time between two frames [s].
     """
     taken: dict[int, int] = {}
     iou: dict[int, float] = {}
@@ -109,18 +109,19 @@ def frames_view(
             if evaluation.truth.any():
                 iou[ns_of(evaluation.header.stamp)] = evaluation.iou
     stamps = sorted(
-        (stamp for stamp, time in taken.items() if time - start_ns <= end * 1e9), key=taken.__getitem__
+        (stamp for stamp, time in taken.items() if time - start_ns <= run.duration_s * 1e9),
+        key=taken.__getitem__,
     )
-    return FramesView(
-        times=[round((taken[stamp] - start_ns) / 1e9, 6) for stamp in stamps],
-        stamps=[str(stamp) for stamp in stamps],
-        iou=[round(iou[stamp], 5) if stamp in iou else None for stamp in stamps],
-        panels=_panels(placed, _by_topic(placed, stamps, period)) if placed else [],
-    )
+    return {
+        "times": [round((taken[stamp] - start_ns) / 1e9, 6) for stamp in stamps],
+        "stamps": [str(stamp) for stamp in stamps],
+        "iou": [round(iou[stamp], 5) if stamp in iou else None for stamp in stamps],
+        "panels": _panels(placed, _by_topic(placed, stamps, run.period_s)) if placed else [],
+    }
 
 
 def _by_topic(placed: Sequence[Placed], stamps: Sequence[int], period: float) -> dict[str, list[int]]:
-    """Return the place of each frame's picture, by topic: the picture with the nearest stamp."""
+    """Return the place of each frame's picture, the picture with the nearest stamp, by topic; -1 without a picture."""
     order = np.argsort(stamps)
     known = np.array(stamps, dtype=np.int64)[order]
     places: dict[str, list[int]] = {}
@@ -136,20 +137,20 @@ def _by_topic(placed: Sequence[Placed], stamps: Sequence[int], period: float) ->
     return places
 
 
-def _panels(placed: Sequence[Placed], places: Mapping[str, list[int]]) -> list[Panel]:
+def _panels(placed: Sequence[Placed], places: Mapping[str, list[int]]) -> list[dict[str, object]]:
     """Return the panels of `_WORDS`, and a panel for each other topic with images."""
-    panels = []
-    for name, words in _WORDS.items():
-        first, *others = (places.get(topic, []) for topic in words.topics or ("",))
-        panels.append(
-            Panel(name, words.title, words.explanation, words.kind, first, others[0] if others else [])
-        )
-    known = {topic for words in _WORDS.values() for topic in words.topics}
     labels = {image.topic for image in placed if image.encoding == LABELS}
-    for topic, pictures in places.items():
+    known = {topic for words in _WORDS.values() for topic in words.topics}
+    panels = dict(_WORDS)
+    for topic in places:
         if topic not in known:
             node = current_system().publishers.get(topic, "")
-            kind = "labels" if topic in labels else "colour"
             text = f"What {f'the node {node}' if node else 'a node'} sends on {topic}."
-            panels.append(Panel(topic, short_name(topic), text, kind, pictures))
-    return panels
+            kind = "labels" if topic in labels else "colour"
+            panels[topic] = _Words(short_name(topic), text, kind, (topic,))
+    views: list[dict[str, object]] = []
+    for name, words in panels.items():
+        first, beside, *_ = (*(places.get(topic, []) for topic in words.topics), [], [])
+        about = {"name": name, "title": words.title, "explanation": words.explanation, "kind": words.kind}
+        views.append(about | {"pictures": first, "beside": beside})
+    return views

@@ -17,14 +17,12 @@ from sunset import __version__
 from sunset.classes import CLASSES, COLOURS
 from sunset.errors import OutputError, RecordError
 from sunset.input_files import open_regular
-from sunset.output_files import write_text
 from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions
 from sunset.texts import shorten
-from sunset.viewing.collecting import run_view
-from sunset.viewing.document import LabelClass, Page, PicturesView, RunView
+from sunset.viewing.collecting import View, run_view
 from sunset.viewing.frames import is_shown
-from sunset.viewing.pictures import Placed, Source, make_pictures
+from sunset.viewing.pictures import PicturesView, Placed, Source, make_pictures
 from sunset.viewing.words import compared
 from sunset.workers import Progress
 
@@ -126,27 +124,17 @@ def _head(file: Path) -> bytes:
         return opened.read(_HEAD)
 
 
-def write_page(viewed: Sequence[Viewed], file: Path, *, progress: Progress | None = None) -> None:
-    """Write the page of a run, or of two runs side by side.
+def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> str:
+    """Return the page of a run, or of two comparable runs side by side, as HTML.
 
     Args:
         viewed: the runs; the managed system of this process has their extensions.
-        file: a new file, or a page, which is overwritten.
         progress: called with (frames done, frames in all) while pictures are made.
 
     Raises:
-        RecordError: a record is damaged, was made with another extension, or the two runs cannot be compared.
-        OutputError: the file cannot be written.
+        RecordError: a record is damaged, or was made with another extension.
     """
-    check_page_file(file)
-    write_text(file, page_text(viewed, progress=progress), "page")
-
-
-def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> str:
-    """Return the page of a run, or of two runs side by side, as HTML; as `write_page`."""
     shown = [view.run for view in viewed]
-    if len(shown) > 1:
-        check_comparable(shown[0].record, shown[1].record)
     for run in shown:
         check_extensions(run.record, run.folder)
     pictures, placed = _pictures(viewed, progress)
@@ -154,19 +142,20 @@ def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> 
         run_view(view.run, read_messages(view.run.folder), places, view.note)
         for view, places in zip(viewed, placed, strict=True)
     ]
-    page = Page(
-        title=shown[0].record.scenario,
-        comparison=compared(*shown) if len(shown) > 1 else [],
-        opening=_opening(runs),
-        version=__version__,
-        runs=runs,
-        classes=[
-            LabelClass(name, f"#{red:02x}{green:02x}{blue:02x}")
+    title = shown[0].record.scenario
+    page = {
+        "title": title,
+        "comparison": compared(*shown) if len(shown) > 1 else [],
+        "opening": _opening(runs),
+        "version": __version__,
+        "runs": runs,
+        "classes": [
+            {"name": name, "colour": f"#{red:02x}{green:02x}{blue:02x}"}
             for name, (red, green, blue) in zip(CLASSES, COLOURS, strict=True)
         ],
-        pictures=pictures,
-    )
-    return _filled(page)
+        "pictures": pictures,
+    }
+    return _filled(title, page)
 
 
 def _pictures(viewed: Sequence[Viewed], progress: Progress | None) -> tuple[PicturesView, list[list[Placed]]]:
@@ -186,7 +175,7 @@ def _pictures(viewed: Sequence[Viewed], progress: Progress | None) -> tuple[Pict
     return pictures, [next(placed) if view.images is not None else [] for view in viewed]
 
 
-def _filled(page: Page) -> str:
+def _filled(title: str, page: View) -> str:
     """Return the template with the page's content, of which only JSON comes from runs."""
     style = "\n".join(_asset(name) for name in _STYLES)
     script = "\n".join(['"use strict";', *(_asset(name) for name in _SCRIPTS)])
@@ -194,7 +183,7 @@ def _filled(page: Page) -> str:
     data = msgspec.json.encode(page).decode().replace("<", "\\u003c")
     parts = {
         "@mark@": _MARK,
-        "@title@": escape(f"{page.title} · SUNSET"),
+        "@title@": escape(f"{title} · SUNSET"),
         "@style-hash@": _checksum(style),
         "@script-hash@": _checksum(script),
         "@style@": style,
@@ -214,7 +203,8 @@ def _checksum(text: str) -> str:
     return b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
-def _opening(runs: Sequence[RunView]) -> float:
+def _opening(runs: Sequence[View]) -> float:
     """Return a second before the first fault; 0 without faults."""
-    onsets = [since for run in runs for fault in run.faults for since, _ in fault.spans]
-    return max(min(onsets) - 1.0, min(run.start for run in runs)) if onsets else 0.0
+    onsets = [since for run in runs for fault in run["faults"] for since, _ in fault["spans"]]
+    first: float = min(run["start"] for run in runs)
+    return max(min(onsets) - 1.0, first) if onsets else 0.0

@@ -19,7 +19,6 @@ from sunset.faults import DEPTH_COUNTS_PER_METRE
 from sunset.image_digests import Pixels
 from sunset.recording import StoredImage
 from sunset.system import TRUTH_TOPIC
-from sunset.viewing.document import DepthScale, PicturesView
 from sunset.workers import Progress, processors
 
 LABELS: Final = "8UC1"
@@ -51,6 +50,35 @@ _COLOURS: Final = 9
 _PERCENTILES: Final = (1, 99)
 _MARGIN: Final = 1.15
 """The limits of the scale are these percentiles of the first image's depths, divided and multiplied by the margin."""
+
+
+@dataclass(frozen=True, slots=True)
+class DepthScale:
+    """The colours of depths from `near` to `far` [m], evenly spaced on a logarithmic scale."""
+
+    near: float
+    far: float
+    colours: list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class PicturesView:
+    """All pictures of the page, each once.
+
+    Attributes:
+        width: of the stored labels [pixels].
+        height: likewise.
+        note: the loss of the pictures.
+        classes: the indices of the visible classes, the frequent classes first.
+        data: WebP of colour and depth, packed class indices of labels; in base64.
+    """
+
+    width: int
+    height: int
+    note: str
+    depth: DepthScale | None
+    classes: list[int]
+    data: list[str]
 
 
 class Source(NamedTuple):

@@ -102,7 +102,7 @@ MISTAKES: dict[str, tuple[Make, str]] = {
         with_directory(24, "<I", 2**31),
         "would expand to 2147483648 bytes, and a bundle of its size",
     ),
-    "two of one name": (twice, "has two files of one name"),
+    "two of one name": (twice, "cannot be read: File exists; name the zip file"),
 }
 
 

@@ -56,7 +56,7 @@ def test_the_metadata_describe_every_file(packed: Path) -> None:
     assert files == names - {"ro-crate-metadata.json", "SHA256SUMS"}
     assert graph[root["mentions"]["@id"]]["version"] == package_version()
     named = set(re.findall(r'\{"@id": "([^"]*)"\}', json.dumps(crate)))
-    assert {"./", "#sunset", "#paper"} < named <= graph.keys() | {"https://w3id.org/ro/crate/1.1"}
+    assert {"./", "#sunset", "#author-1"} < named <= graph.keys() | {"https://w3id.org/ro/crate/1.1"}
 
 
 def test_who_made_it_stands_in_the_metadata_and_the_citation(results: Path, tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ def test_who_made_it_stands_in_the_metadata_and_the_citation(results: Path, tmp_
         {"name": "Bob"},
     ]
     assert (citation["title"], citation["license"], citation["date-released"]) == ("Rain", "CC-BY-4.0", DATE)
-    assert root["author"] == [{"@id": "https://orcid.org/0000-0002-1825-0097"}, {"@id": "#Bob"}]
+    assert root["author"] == [{"@id": "https://orcid.org/0000-0002-1825-0097"}, {"@id": "#author-2"}]
     assert root["license"] == {"@id": "https://spdx.org/licenses/CC-BY-4.0"}
 
 

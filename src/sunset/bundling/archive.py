@@ -1,5 +1,6 @@
 """Zip files whose bytes depend on their content only, and the opening of zip files from strangers."""
 
+import errno
 import hashlib
 import shutil
 import stat
@@ -16,16 +17,13 @@ from sunset.input_files import check_regular, file_digest, read_text
 from sunset.output_files import draft_of
 from sunset.texts import printable, shorten
 
-_EPOCH: Final = (1980, 1, 1, 0, 0, 0)
-"""The earliest time that a zip file can store."""
+_EPOCH: Final = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip file can store
 _PERMISSIONS: Final = (stat.S_IFREG | 0o644) << 16
 _UNIX: Final = 3
 _METHODS: Final = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED})
 _ENCRYPTED: Final = 0x1
-_SMALL: Final = 2**28
-"""Any bundle may expand to 256 MiB."""
-_RATIO: Final = 50
-"""A larger bundle may expand to this multiple of its size; records are compressed already."""
+_SMALL: Final = 2**28  # any bundle may expand to 256 MiB
+_RATIO: Final = 50  # a larger bundle may expand to this multiple of its size; records are compressed already
 _PIECE: Final = 2**20
 
 
@@ -60,12 +58,6 @@ def extract_archive(path: Path, into: Path) -> None:
             leads out of the folder, or is excessively large.
         OutputError: there is no space.
     """
-    try:
-        check_regular(path)
-    except OSError as error:
-        raise RecordError(
-            f"The bundle {path} cannot be read: {error.strerror}; name the zip file that 'sunset bundle' wrote."
-        ) from error
     with _translated(path), zipfile.ZipFile(path) as archive:
         infos = archive.infolist()
         _check(path, infos)
@@ -79,21 +71,22 @@ def extract_archive(path: Path, into: Path) -> None:
 
 @contextmanager
 def _translated(path: Path) -> Iterator[None]:
-    """Turn each exception that a damaged zip file causes into one sentence."""
+    """Turn each exception that a missing or damaged zip file causes into one sentence."""
     try:
+        check_regular(path)
         yield
+    except OSError as error:
+        if error.errno in {errno.ENOSPC, errno.EDQUOT}:
+            raise OutputError(
+                f"The bundle {path} cannot be opened into a temporary folder: {error.strerror}; free some space, or "
+                "name another folder with TMPDIR."
+            ) from error
+        raise RecordError(
+            f"The bundle {path} cannot be read: {error.strerror}; name the zip file that 'sunset bundle' wrote."
+        ) from error
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError) as error:
         reason = printable(str(error)).rstrip(".")
         raise RecordError(f"The bundle {path} is not a zip file, or is damaged: {reason}.") from error
-    except (FileExistsError, NotADirectoryError, IsADirectoryError) as error:
-        raise RecordError(
-            f"The bundle {path} has two files of one name: take the bundle as it was published."
-        ) from error
-    except OSError as error:
-        raise OutputError(
-            f"The bundle {path} cannot be opened into a temporary folder: {error.strerror or error}; free some space, "
-            "or name another folder with TMPDIR."
-        ) from error
 
 
 def _check(path: Path, infos: Sequence[zipfile.ZipInfo]) -> None:

@@ -38,8 +38,7 @@ class Findings:
         problems: a sentence for each problem, after the file or run.
         differences: likewise, for each result that may differ because of the other version.
         unchecked: a sentence for each thing that could not be checked.
-        runs: the records that can be read, by folder.
-        recomputed: the number of runs whose figures were computed from the messages.
+        runs: the records that can be read, by folder, of which the figures of `recomputed` were computed again.
     """
 
     of_another_version: bool

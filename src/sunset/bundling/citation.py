@@ -12,20 +12,22 @@ from sunset.errors import InvalidInputError
 from sunset.texts import shown
 
 SOFTWARE: Final = "SUNSET: a ROS 2 exemplar for self-adaptation"
-DEVELOPERS: Final = "The SUNSET developers"
-PAPER: Final = "SUNSET - A Sensor-fUsioN based semantic SegmEnTation exemplar for ROS-based self-adaptation"
-PAPER_YEAR: Final = 2026
-VENUE: Final = "RoSE'26: International Workshop on Robotics Software Engineering"
-PAPER_AUTHORS: Final[tuple[tuple[str, str, str], ...]] = (
-    ("Wiedholz", "Andreas", "https://orcid.org/0000-0003-0118-8765"),
-    ("Paintner", "Rafael", ""),
-    ("Hoffmann", "Alwin", ""),
-    ("Hernandez", "Carlos", ""),
-    ("Huber", "Tobias", ""),
-)
-"""Family name, given name, ORCID if it is known."""
-
 ANONYMOUS: Final = "anonymous"
+
+_DEVELOPERS: Final = "The SUNSET developers"
+_PAPER: Final = "SUNSET - A Sensor-fUsioN based semantic SegmEnTation exemplar for ROS-based self-adaptation"
+_VENUE: Final = "RoSE'26: International Workshop on Robotics Software Engineering"
+_PAPER_AUTHORS: Final[tuple[dict[str, str], ...]] = (
+    {
+        "family-names": "Wiedholz",
+        "given-names": "Andreas",
+        "orcid": "https://orcid.org/0000-0003-0118-8765",
+    },
+    {"family-names": "Paintner", "given-names": "Rafael"},
+    {"family-names": "Hoffmann", "given-names": "Alwin"},
+    {"family-names": "Hernandez", "given-names": "Carlos"},
+    {"family-names": "Huber", "given-names": "Tobias"},
+)
 
 _ORCID: Final = re.compile(r"^(?P<name>.*?)[ ,;(]*(https://orcid\.org/)?(?P<id>(\d{4}-){3}\d{3}[\dX])\)?$")
 _LICENCE_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*")
@@ -42,14 +44,7 @@ class Author:
 
 @dataclass(frozen=True)
 class Citation:
-    """The citation of a bundle.
-
-    Attributes:
-        title: the bundle's title.
-        authors: empty for an anonymous bundle.
-        licence: its name in SPDX, or its address; empty if there is none.
-        published: the day of publication.
-    """
+    """The citation of a bundle, with the licence's name in SPDX or its address; authors and licence may be empty."""
 
     title: str
     authors: tuple[Author, ...]
@@ -96,19 +91,10 @@ class Citation:
 def references() -> list[dict[str, object]]:
     """Return the references of every bundle, SUNSET and the paper, in the Citation File Format."""
     software = {"type": "software", "title": SOFTWARE, "version": __version__, "license": "MIT"}
-    paper_authors = [
-        {"family-names": family, "given-names": given} | ({"orcid": orcid} if orcid else {})
-        for family, given, orcid in PAPER_AUTHORS
-    ]
+    paper = {"type": "conference-paper", "title": _PAPER, "year": 2026, "conference": {"name": _VENUE}}
     return [
-        software | {"authors": [{"name": DEVELOPERS}]},
-        {
-            "type": "conference-paper",
-            "title": PAPER,
-            "year": PAPER_YEAR,
-            "authors": paper_authors,
-            "conference": {"name": VENUE},
-        },
+        software | {"authors": [{"name": _DEVELOPERS}]},
+        paper | {"authors": list(map(dict, _PAPER_AUTHORS))},
     ]
 
 

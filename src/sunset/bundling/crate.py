@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 from urllib.parse import quote
 
-from sunset.bundling.citation import ANONYMOUS, PAPER, PAPER_AUTHORS, PAPER_YEAR, SOFTWARE, Citation
+from sunset.bundling.citation import ANONYMOUS, SOFTWARE, Author, Citation
 from sunset.bundling.layout import CITATION_FILE, CRATE_FILE, README_FILE
 from sunset.recording import CampaignPlan
 from sunset.texts import counted
@@ -18,7 +18,6 @@ _Entity = dict[str, object]
 _SPECIFICATION: Final = "https://w3id.org/ro/crate/1.1"
 _ROOT: Final = "./"
 _SOFTWARE: Final = "#sunset"
-_PAPER: Final = "#paper"
 _NO_LICENCE: Final = "No licence is given: ask the authors before using this."
 _MEDIA_TYPES: Final = {
     "json": "application/json",
@@ -58,9 +57,10 @@ def description_of(plan: CampaignPlan) -> str:
 
 
 def _crate_text(plan: CampaignPlan, citation: Citation, sizes: Mapping[str, int]) -> str:
-    authors = [(author.name, author.orcid) for author in citation.authors] or [(ANONYMOUS, "")]
-    people = [_person(*author) for author in authors]
-    paper_authors = [_person(f"{given} {family}", orcid) for family, given, orcid in PAPER_AUTHORS]
+    people: list[_Entity] = [
+        {"@id": author.orcid or f"#author-{number}", "@type": "Person", "name": author.name}
+        for number, author in enumerate(citation.authors or (Author(ANONYMOUS),), 1)
+    ]
     licences = [_licence(citation)] if citation.licence else []
     files = [_file(name, size) for name, size in sorted(sizes.items())]
     metadata: _Entity = {"@id": CRATE_FILE, "@type": "CreativeWork", "about": {"@id": _ROOT}}
@@ -72,18 +72,15 @@ def _crate_text(plan: CampaignPlan, citation: Citation, sizes: Mapping[str, int]
         "datePublished": citation.published.isoformat(),
         "license": _links(licences) if licences else _NO_LICENCE,
         "author": _links(people),
-        "citation": {"@id": _PAPER},
         "mentions": {"@id": _SOFTWARE},
         "hasPart": _links(files),
     }
     software = {"@id": _SOFTWARE, "@type": "SoftwareApplication", "name": SOFTWARE}
-    paper = {"@id": _PAPER, "@type": "ScholarlyArticle", "name": PAPER, "datePublished": str(PAPER_YEAR)}
     graph = [
         metadata | {"conformsTo": {"@id": _SPECIFICATION}},
         dataset,
         software | {"version": plan.versions["sunset"]},
-        paper | {"author": _links(paper_authors)},
-        *{str(person["@id"]): person for person in (*people, *paper_authors)}.values(),
+        *people,
         *licences,
         *files,
     ]
@@ -95,10 +92,6 @@ def _links(entities: Sequence[_Entity]) -> object:
     """Return references to entities; to a single entity, not in a list."""
     links = [{"@id": entity["@id"]} for entity in entities]
     return links[0] if len(links) == 1 else links
-
-
-def _person(name: str, orcid: str) -> _Entity:
-    return {"@id": orcid or f"#{quote(name)}", "@type": "Person", "name": name}
 
 
 def _licence(citation: Citation) -> _Entity:

@@ -35,8 +35,7 @@ class ManagerSources(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         files: the files of its checksum, in their order.
-        load: its name for loading: `path/to/file.py:Class` or `exec:COMMAND` with paths in the bundle, or
-            `module:Class`; empty for a class that was passed in Python.
+        load: its name for loading, with paths in the bundle; empty for a class that was passed in Python.
     """
 
     files: tuple[str, ...]
@@ -44,13 +43,7 @@ class ManagerSources(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Manifest(msgspec.Struct, frozen=True, kw_only=True):
-    """The content of `bundle.json`.
-
-    Attributes:
-        bundle_version: the version of the layout.
-        managers: name in the campaign → its source.
-        extensions: name → the file with its source.
-    """
+    """The content of `bundle.json`: the sources of managing systems, and the source file of each extension, by name."""
 
     bundle_version: int = BUNDLE_VERSION
     managers: dict[str, ManagerSources]

@@ -36,15 +36,7 @@ from sunset.workers import Progress
 
 @dataclass(frozen=True, slots=True)
 class Bundle:
-    """A bundle that was written.
-
-    Attributes:
-        path: the file.
-        sha256: its SHA-256, in hexadecimal.
-        size: its size in bytes.
-        runs: how many runs it has.
-        left_out: a sentence for each part of the campaign that it lacks.
-    """
+    """A bundle that was written: its size in bytes, and in `left_out` a sentence for each part that it lacks."""
 
     path: Path
     sha256: str
@@ -136,7 +128,7 @@ def _checked_runs(folder: Path, plan: CampaignPlan, progress: Progress | None) -
 def _files(folder: Path, plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> tuple[Files, list[str]]:
     """Return the files of a bundle that do not describe it, and a sentence for each missing source."""
     managers, manager_files, lacking = find_manager_sources(plan)
-    extensions, extension_files = find_extension_sources(plan)
+    extensions, extension_files = find_extension_sources()
     records = [folder / PLAN_FILE, *(place / name for place in runs for name in (RUN_FILE, *BAG_FILES))]
     files: Files = {f"{CAMPAIGN}/{file.relative_to(folder).as_posix()}": file for file in records}
     files |= manager_files | extension_files | _scenario_files(plan, runs)

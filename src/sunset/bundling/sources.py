@@ -9,7 +9,6 @@ from pathlib import Path, PurePosixPath
 from sunset.bundling.layout import ManagerSources, OpenedBundle, manager_folder
 from sunset.errors import ManagerError, RecordError
 from sunset.experiments import campaign_managers
-from sunset.input_files import file_digest
 from sunset.managing import (
     EXTERNAL,
     MANAGERS,
@@ -112,20 +111,12 @@ def _packed_words(manager: str, parts: Mapping[str, Path | bytes], folder: str) 
         yield str(PurePosixPath(folder, f"{word}/".removeprefix(root))) if is_packed else text
 
 
-def find_extension_sources(plan: CampaignPlan) -> tuple[dict[str, str], Files]:
-    """Return the places of the sources of a campaign's extensions, which are loaded, and these files.
-
-    Raises:
-        RecordError: the source of an extension has changed.
-    """
+def find_extension_sources() -> tuple[dict[str, str], Files]:
+    """Return the places of the sources of the loaded extensions, by name, and these files."""
     places: dict[str, str] = {}
     files: Files = {}
     for extension in loaded_extensions():
         source = Path(extension.source)
-        if not source.is_file() or file_digest(source) != plan.extensions[extension.name]:
-            raise RecordError(
-                f"The source of the extension {extension.name} has changed since it was loaded."
-            )
         place = f"extensions/{folder_name(extension.name)}/{source.name}"
         places[extension.name], files[place] = place, source
     return places, files

@@ -26,16 +26,12 @@ class Verification:
     """The result of `verify`.
 
     Attributes:
-        path: the file.
-        sha256: its SHA-256, in hexadecimal.
-        campaign: its description.
         checked: a line for each kind of check.
         unchecked: a sentence for each thing that could not be checked.
         problems: a sentence for each problem, after the file or run.
         differences: a sentence for each result that differs, if another version of SUNSET made the bundle.
         recomputed: how many runs' figures were computed again.
-        again: the folders of the runs that were repeated, in the campaign.
-        seed: of their choice.
+        again: the folders of the runs that were repeated, chosen by `seed`.
     """
 
     path: Path

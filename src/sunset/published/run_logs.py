@@ -27,8 +27,7 @@ from sunset.recording import check_extensions, measured_topics, read_messages, r
 from sunset.recording.timelines import start_of
 from sunset.system import ENTROPY_SIGNAL, Failure, current_system, full_name
 
-_LOOK_S: Final = 0.2
-"""Time between two looks at a symptom [s]."""
+_LOOK_S: Final = 0.2  # time between two looks at a symptom [s]
 _NEWS_S: Final = 0.15
 """Greatest age of symptoms when a managing system acts [s]; the blackboard is published every 0.1 s."""
 _TOLERANCE_S: Final = 1e-6

@@ -28,8 +28,7 @@ from sunset.shortage import shortage
 _FILE: Final = "messages.mcap"
 _METADATA: Final = "metadata.yaml"
 
-_DISTRO: Final = "jazzy"
-"""The first distribution whose bags have this form."""
+_DISTRO: Final = "jazzy"  # the first distribution whose bags have this form
 _DIGEST: Final = "/digest"
 """The suffix of topics with digests; ROS 2 tools expect images on the images' own topics."""
 _QOS: Final = Qos(

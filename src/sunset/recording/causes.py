@@ -9,8 +9,7 @@ from sunset.recording.schema import StoredFault
 from sunset.system import Fault, current_system, find_fault
 from sunset.texts import listed
 
-_MOST: Final = 4
-"""Occurrences of a fault that are listed."""
+_MOST: Final = 4  # occurrences of a fault that are listed
 _LATE_S: Final = 0.1
 """The delay at which a fault still counts as on time, and a symptom as gone with its fault."""
 

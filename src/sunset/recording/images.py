@@ -7,6 +7,7 @@ the record has the digest of every image.
 import struct
 import zlib
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, TypeAlias, cast
@@ -31,8 +32,7 @@ from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
 IMAGES_FILE: Final = "images.mcap"
 """The file of a record with its images, if they were kept."""
 
-_SUFFIX: Final = "/compressed"
-"""The suffix of image_transport for topics with compressed images."""
+_SUFFIX: Final = "/compressed"  # the suffix of image_transport for topics with compressed images
 _TYPE: Final = type_name(CompressedImage)
 _LAYOUTS: Final = {"bgr8": (np.uint8, 3), "16UC1": (np.uint16, 1), "8UC1": (np.uint8, 1)}
 """Encoding → type and number of channels of images that are compressed; others are stored as they are."""
@@ -42,15 +42,12 @@ _PNG: Final = (
     cv2.IMWRITE_PNG_FILTER,
     cv2.IMWRITE_PNG_FILTER_SUB,  # a choice for every row takes six times as long, for a bag of the same size
 )
-_REMEMBERED: Final = 16
-"""PNG files that are kept for the same pixels on another topic."""
+_REMEMBERED: Final = 16  # PNG files that are kept for the same pixels on another topic
 
 # A PNG file: a signature, and chunks of length, type, data and checksum (PNG 3, sections 5 and 11.2)
 _SIGNATURE: Final = 8
-_BODY: Final = 33
-"""The end of the first chunk, IHDR."""
-_COLOUR_TYPE: Final = 25
-"""The place of the colour type in IHDR."""
+_BODY: Final = 33  # the end of the first chunk, IHDR
+_COLOUR_TYPE: Final = 25  # the place of the colour type in IHDR
 _GRAY, _INDEXED = 0, 3
 
 _Pixels: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
@@ -81,7 +78,11 @@ class StoredImage:
         Raises:
             RecordError: the file is damaged, or does not fit its encoding.
         """
-        decoded = _decoded(_without_palette(self.png)) if len(self.png) > _BODY else None
+        decoded = None
+        if len(self.png) > _BODY:
+            png = np.frombuffer(_without_palette(self.png), np.uint8)
+            with suppress(cv2.error):
+                decoded = cv2.imdecode(png, cv2.IMREAD_UNCHANGED)
         kind, channels = _LAYOUTS.get(self.encoding, (None, 0))
         shape = (channels,) if channels > 1 else ()
         if decoded is None or decoded.dtype != kind or decoded.shape[2:] != shape:
@@ -182,14 +183,6 @@ def read_images(folder: Path) -> Iterator[StoredImage]:
                 encoding=message.format.partition(";")[0],
                 png=message.data.tobytes(),
             )
-
-
-def _decoded(png: bytes) -> npt.NDArray[np.generic] | None:
-    """Return the pixels of a PNG file; None if it is damaged."""
-    try:
-        return cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_UNCHANGED)
-    except cv2.error:
-        return None
 
 
 def _pixels_of(image: Image) -> _Pixels | None:

@@ -27,8 +27,7 @@ _STYLES: Final = {
     "end": "dim",
 }
 _REPEATING: Final = frozenset({"log", "adaptation"})
-_UNBOUNDED: Final = 100_000
-"""Columns of a line that is not wrapped."""
+_UNBOUNDED: Final = 100_000  # columns of a line that is not wrapped
 
 
 def print_story(

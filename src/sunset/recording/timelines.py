@@ -61,8 +61,7 @@ _OTHERS: Final = (
 )
 _TRANSITIONS: Final = "/transition_event"
 """The ending of the topics with the lifecycle states of managed nodes."""
-_ENDING: Final = ("redeploy", "shutdown")
-"""Commands that end a process with all its settings."""
+_ENDING: Final = ("redeploy", "shutdown")  # commands that end a process with all its settings
 
 _M = TypeVar("_M", bound=Message)
 

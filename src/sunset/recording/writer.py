@@ -9,7 +9,7 @@ from typing import Final, Self
 
 import msgspec
 
-from sunset.errors import OutputError, RecordError
+from sunset.errors import OutputError
 from sunset.interfaces import Message, serialize, type_name
 from sunset.output_files import flush, unwritable
 from sunset.recording._bag import write_bag
@@ -98,19 +98,14 @@ class RecordWriter:
         """Write the record, give it its final name, and return `run` with the `digest` of the messages.
 
         Raises:
-            RecordError: `run` has a value that JSON lacks, such as NaN.
             OutputError: the record cannot be written, or the folder was filled meanwhile.
         """
         run = msgspec.structs.replace(run, digest=self.digest)
-        try:
-            text = document_text(run)
-        except (TypeError, ValueError) as error:
-            raise RecordError(f"{RUN_FILE} cannot hold what the run left: {error}.") from error
         with _translated(self._folder):
             write_bag(self._partial, self._in_order())
             if self._images is not None:
                 self._images.close()
-        self.adopt({RUN_FILE: text.encode()})
+        self.adopt({RUN_FILE: document_text(run).encode()})
         return run
 
     def adopt(self, files: Mapping[str, bytes]) -> None:

@@ -33,8 +33,7 @@ from sunset.viewing.words import described, outcome_of, story
 View = dict[str, Any]
 """An object of the JSON."""
 
-_DIGITS: Final = 6
-"""Digits of times in seconds, to the microsecond."""
+_DIGITS: Final = 6  # digits of times in seconds, to the microsecond
 
 
 def run_view(

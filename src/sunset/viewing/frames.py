@@ -22,18 +22,18 @@ from sunset.system import (
 from sunset.viewing.pictures import LABELS, Placed
 
 _FUSED: Final = full_name("sensors_fused")
-_GIVEN: Final = (f"{_FUSED}/rgb", f"{_FUSED}/depth")
 _NOT_SHOWN: Final = frozenset({*SENSOR_TOPICS, full_name("rgb_enhanced")})
 """Topics before the sensors' faults, and the enhanced images, which the fusion passes on."""
 
 
 class _Words(NamedTuple):
-    """The description of a panel, and the topics of its picture and of a picture beside it."""
+    """The description of a panel, the topic of its picture, and the topic of a picture beside it."""
 
     title: str
     explanation: str
     kind: str
-    topics: tuple[str, ...]
+    topic: str = ""
+    beside: str = ""
 
 
 _WORDS: Final[Mapping[str, _Words]] = MappingProxyType(
@@ -43,38 +43,38 @@ _WORDS: Final[Mapping[str, _Words]] = MappingProxyType(
             "What the node camera sends. Faults of F1 stop it; darker, blurred or discoloured pictures are faults "
             "of F4 and F5.",
             "colour",
-            (full_name("rgb_camera"),),
+            full_name("rgb_camera"),
         ),
         "depth": _Words(
             "Depth",
             "What the node depth sends: the distance to what is seen, light where it is near.",
             "depth",
-            (full_name("depth_camera"),),
+            full_name("depth_camera"),
         ),
         "given": _Words(
             "Network's input",
             "What the sensor fusion sends: the camera's picture, enhanced or not, with the depth in the corner. With "
             "another modality it is one of the two. Faults of F2 stop it.",
             "given",
-            _GIVEN,
+            f"{_FUSED}/rgb",
+            f"{_FUSED}/depth",
         ),
         "labels": _Words(
             "Segmentation",
             "The class that the network gave every pixel. Faults of F3 stop it.",
             "labels",
-            (RESULT_TOPIC,),
+            RESULT_TOPIC,
         ),
         "truth": _Words(
             "Truth",
             "The class that every pixel has. No node of the managed system and no managing system sees it.",
             "labels",
-            (TRUTH_TOPIC,),
+            TRUTH_TOPIC,
         ),
         "difference": _Words(
             "Difference",
             "Where segmentation and truth disagree. The IoU says how well they agree, from 0 to 1.",
             "difference",
-            (),
         ),
     }
 )
@@ -140,17 +140,22 @@ def _by_topic(placed: Sequence[Placed], stamps: Sequence[int], period: float) ->
 def _panels(placed: Sequence[Placed], places: Mapping[str, list[int]]) -> list[dict[str, object]]:
     """Return the panels of `_WORDS`, and a panel for each other topic with images."""
     labels = {image.topic for image in placed if image.encoding == LABELS}
-    known = {topic for words in _WORDS.values() for topic in words.topics}
+    known = {topic for words in _WORDS.values() for topic in (words.topic, words.beside)}
     panels = dict(_WORDS)
     for topic in places:
         if topic not in known:
             node = current_system().publishers.get(topic, "")
             text = f"What {f'the node {node}' if node else 'a node'} sends on {topic}."
             kind = "labels" if topic in labels else "colour"
-            panels[topic] = _Words(short_name(topic), text, kind, (topic,))
-    views: list[dict[str, object]] = []
-    for name, words in panels.items():
-        first, beside, *_ = (*(places.get(topic, []) for topic in words.topics), [], [])
-        about = {"name": name, "title": words.title, "explanation": words.explanation, "kind": words.kind}
-        views.append(about | {"pictures": first, "beside": beside})
-    return views
+            panels[topic] = _Words(short_name(topic), text, kind, topic)
+    return [
+        {
+            "name": name,
+            "title": words.title,
+            "explanation": words.explanation,
+            "kind": words.kind,
+            "pictures": places.get(words.topic, []),
+            "beside": places.get(words.beside, []),
+        }
+        for name, words in panels.items()
+    ]

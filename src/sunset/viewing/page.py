@@ -26,11 +26,9 @@ from sunset.viewing.pictures import PicturesView, Placed, Source, make_pictures
 from sunset.viewing.words import compared
 from sunset.workers import Progress
 
-_BYTES: Final = 5_000_000
-"""The limit for a page of a run of `_BYTES_S`."""
+_BYTES: Final = 5_000_000  # the limit for a page of a run of `_BYTES_S`
 _BYTES_S: Final = 20.0
-_OTHERS: Final = 280_000
-"""The share of everything but pictures."""
+_OTHERS: Final = 280_000  # the share of everything but pictures
 _NO_PICTURES: Final = PicturesView(0, 0, "", None, [], [])
 
 _STYLES: Final = ("uplot/uPlot.min.css", "page.css")
@@ -43,10 +41,8 @@ _SCRIPTS: Final = (
     "words.js",
     "page.js",
 )
-_MARK: Final = '<meta name="generator" content="sunset view">'
-"""Marks a page, which may be overwritten."""
-_HEAD: Final = 1000
-"""The bytes of a page in which the mark stands."""
+_MARK: Final = '<meta name="generator" content="sunset view">'  # marks a page, which may be overwritten
+_HEAD: Final = 1000  # the bytes of a page in which the mark stands
 _SHARED: Final = {
     "scenario": "scenario",
     "faults": "scenario's faults",

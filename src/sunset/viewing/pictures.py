@@ -27,26 +27,17 @@ _DEPTH: Final = "16UC1"
 
 _QUALITIES: Final = {80: 1.0, 70: 0.8, 60: 0.7, 50: 0.62}
 """Quality of WebP → approximate size of a picture, relative to the first."""
-_WIDEST: Final = 640
-"""Pixels of a row that suffice for a page."""
-_BYTES_PER_PIXEL: Final = 0.6
-"""Of all pictures of a frame together, approximately."""
-_LEAST: Final = 0.6
-"""Colour and depth keep at least this share of the labels' width and height."""
-_SAMPLED: Final = 10
-"""The size of all pictures is estimated from each tenth frame."""
-_SURPLUS: Final = 1.02
-"""The margin of this estimate."""
-_WAITING: Final = 64
-"""Pictures that wait to be encoded."""
+_WIDEST: Final = 640  # pixels of a row that suffice for a page
+_BYTES_PER_PIXEL: Final = 0.6  # of all pictures of a frame together, approximately
+_LEAST: Final = 0.6  # colour and depth keep at least this share of the labels' width and height
+_SAMPLED: Final = 10  # the size of all pictures is estimated from each tenth frame
+_SURPLUS: Final = 1.02  # the margin of this estimate
+_WAITING: Final = 64  # pictures that wait to be encoded
 _MEASURED: Final = 19
 """The loss is measured on each nineteenth picture if it is of colour; a prime, since kinds alternate."""
-_LONGEST_STRETCH: Final = 65535
-"""The largest number of pixels in two bytes."""
-_RARE: Final = 0.0005
-"""The share of pixels below which the legend leaves a class out."""
-_COLOURS: Final = 9
-"""Colours of the depth's scale in the legend."""
+_LONGEST_STRETCH: Final = 65535  # the largest number of pixels in two bytes
+_RARE: Final = 0.0005  # the share of pixels below which the legend leaves a class out
+_COLOURS: Final = 9  # colours of the depth's scale in the legend
 _PERCENTILES: Final = (1, 99)
 _MARGIN: Final = 1.15
 """The limits of the scale are these percentiles of the first image's depths, divided and multiplied by the margin."""

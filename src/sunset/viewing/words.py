@@ -8,10 +8,8 @@ from sunset.recording import RunRecord, StoredRun
 from sunset.recording.story import remaining_failures
 from sunset.texts import counted, listed
 
-_AT_ONCE_S: Final = 0.1
-"""Faults within this time were injected together."""
-_MOST: Final = 4
-"""Adaptations that are listed."""
+_AT_ONCE_S: Final = 0.1  # faults within this time were injected together
+_MOST: Final = 4  # adaptations that are listed
 _DONE: Final = {
     "restart": "restarted",
     "redeploy": "redeployed",

@@ -308,7 +308,7 @@ def test_a_class_that_was_passed_is_packed_with_its_source_and_cannot_be_run_by_
     assert max(total for _, total in told) == 2
     with zipfile.ZipFile(tmp_path / "x.zip") as archive:
         assert archive.read("managers/own/tests/bundling/test_packing.py") == Path(__file__).read_bytes()
-    assert (found.passed, found.recomputed, found.again) == (True, 1, ())
+    assert (found.passed, found.runs_recomputed, found.runs_again) == (True, 1, ())
     assert found.unchecked == (
         "What the managing system read and did in 1 run, without Landlock, seccomp, namespaces around it.",
         "1 run could not be run again: own was a class of a program or notebook, which only its process can load.",
@@ -339,7 +339,7 @@ def test_a_program_is_packed_with_the_files_of_its_command_and_run_again(
 
     found = verify(Path("x.zip"), Rerun(3, 1, trust=True))
 
-    assert (found.problems, found.unchecked, len(found.again)) == ((), (), 1)
+    assert (found.problems, found.unchecked, len(found.runs_again)) == ((), (), 1)
     with zipfile.ZipFile("x.zip") as archive:
         place = json.loads(archive.read("bundle.json"))["managers"]["focus"]
     assert place["load"] == "exec:managers/focus/focus.sh managers/focus/data.txt a,b"

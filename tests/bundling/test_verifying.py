@@ -289,7 +289,7 @@ def test_an_untouched_bundle_verifies_and_runs_none_of_its_code(
 
     assert found.passed
     assert str(found).endswith("\nVerified.")
-    assert (found.recomputed, len(found.again)) == (4, 2)
+    assert (found.runs_recomputed, len(found.runs_again)) == (4, 2)
     (unchecked,) = beside_walls(found)
     assert unchecked == (
         "2 runs could not be run again: that runs the code of mine, which the bundle has; read it, and let it run with "
@@ -308,16 +308,16 @@ def test_what_is_trusted_is_run_again_from_the_source_in_the_bundle(
     finally:
         (results.parent / "gone.py").rename(results.parent / "helper.py")
 
-    assert (found.problems, beside_walls(found), len(found.again)) == ((), [], 4)
+    assert (found.problems, beside_walls(found), len(found.runs_again)) == ((), [], 4)
     assert IMPORTED in capfd.readouterr().err
 
 
 @pytest.mark.thorough
 def test_the_seed_chooses_which_runs_are_run_again(packed: Path) -> None:
-    chosen = {verify(packed, Rerun(1, seed)).again for seed in range(4)}
+    chosen = {verify(packed, Rerun(1, seed)).runs_again for seed in range(4)}
 
     assert chosen == {(WET.removeprefix("campaign/"),), (OTHER_SEED.removeprefix("campaign/"),)}
-    assert verify(packed, Rerun(1, 3)).again in chosen
+    assert verify(packed, Rerun(1, 3)).runs_again in chosen
 
 
 EXTENSION = f"""
@@ -357,11 +357,11 @@ def test_an_extension_is_packed_and_runs_only_where_it_is_trusted(
 
     trusting = verify(packed, Rerun(99, 1, trust=True))
 
-    assert (careful.passed, careful.recomputed, careful.again) == (True, 0, ())
+    assert (careful.passed, careful.runs_recomputed, careful.runs_again) == (True, 0, ())
     assert str(careful).endswith("\nNothing is wrong, but no figure was checked.")
     (unchecked,) = careful.unchecked  # the table is compared: records have what it needs of the extension
     assert unchecked.endswith("needs the campaign's extensions (darker.py), whose code --trust lets run.")
-    assert (trusting.passed, trusting.recomputed, len(trusting.again)) == (True, 1, 1)
+    assert (trusting.passed, trusting.runs_recomputed, len(trusting.runs_again)) == (True, 1, 1)
     assert IMPORTED in capfd.readouterr().err
     forged = verify(forge(packed, appended("extensions/darker.py/darker.py")), Rerun(99, 1, trust=True))
     (problem,) = forged.problems
@@ -388,7 +388,7 @@ def test_a_bundle_of_another_version_is_not_damaged(packed: Path, forge: Forge) 
 
     found = verify(forge(packed, edit), ALL)
 
-    assert (found.passed, found.problems, found.recomputed) == (False, (), 4)
+    assert (found.passed, found.problems, found.runs_recomputed) == (False, (), 4)
     assert found.differences[0] == f"{WET}: its t_down_s is stored as 0.5, and the messages give 2."
     assert f"SUNSET {OLD} made the bundle, and this is " in str(found.unchecked)
     assert str(found).endswith(

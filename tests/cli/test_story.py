@@ -1,14 +1,15 @@
 """What a run prints of what happened."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from rich.table import Table
-from rich.text import Text
+from tests.recording.runs import RUN
 
 from sunset.cli import main
-from sunset.recording.story import _Console, _stated_once
+from sunset.metrics import Timeline, score
+from sunset.recording.story import Event, print_story
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -83,18 +84,26 @@ def test_what_repeats_is_stated_once_and_no_line_is_wrapped_for_a_pipe(
         assert re.search(r"log +.*\. … (24|25) times more until (4\.[89]|5\.0)\d s$", found[1]), found[1]
 
 
-def test_a_terminal_shows_a_table_in_colours_and_wrapped(capsys: pytest.CaptureFixture[str]) -> None:
-    table = Table(box=None)
-    table.add_row(Text("fault", style="red"), "again " * 20)
-
-    _Console(force_terminal=True, color_system="standard", width=40, height=10).print_table(table)
-
-    lines = capsys.readouterr().out.splitlines()
-    assert "\x1b[31mfault\x1b[0m" in lines[0] + lines[1]
-    assert len(lines) > 3
+def printed(events: Sequence[Event], capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """Return the lines of a time line with these events."""
+    print_story(RUN, events, (), score(Timeline(thresholds=RUN.thresholds)), ())
+    return capsys.readouterr().out.splitlines()
 
 
-def test_what_happened_between_two_repetitions_is_not_moved() -> None:
+def test_a_terminal_shows_a_table_in_colours_and_wrapped(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in (("FORCE_COLOR", "1"), ("TERM", "xterm"), ("COLUMNS", "40"), ("LINES", "10")):
+        monkeypatch.setenv(name, value)
+
+    lines = printed([(1.0, "fault", "again " * 20)], capsys)
+
+    (first,) = [line for line in lines if "1.00 s" in line]
+    assert "\x1b[31mfault\x1b[0m" in first
+    assert sum("again" in line for line in lines) > 3
+
+
+def test_what_happened_between_two_repetitions_is_not_moved(capsys: pytest.CaptureFixture[str]) -> None:
     events = [
         (0.5, "log", "a"),
         (1.0, "log", "b"),
@@ -103,12 +112,10 @@ def test_what_happened_between_two_repetitions_is_not_moved() -> None:
         (2.5, "log", "a"),
     ]
 
-    assert _stated_once(events) == [
-        (0.5, "log", "a … 1 time more until 1.50 s"),
-        (1.0, "log", "b"),
-        (2.0, "symptom", "F1"),
-        (2.5, "log", "a"),
-    ]
+    lines = [" ".join(line.split()) for line in printed(events, capsys)]
+
+    first = lines.index("0.50 s log a … 1 time more until 1.50 s")
+    assert lines[first + 1 : first + 4] == ["1.00 s log b", "2.00 s symptom F1", "2.50 s log a"]
 
 
 EARLY = """\

@@ -56,7 +56,7 @@ def extract_archive(path: Path, into: Path) -> None:
     Raises:
         RecordError: the file cannot be read, is not a zip file, is damaged or encrypted, has a link or a file that
             leads out of the folder, or is excessively large.
-        OutputError: there is no space.
+        OutputError: the temporary folder lacks space.
     """
     with _translated(path), zipfile.ZipFile(path) as archive:
         infos = archive.infolist()

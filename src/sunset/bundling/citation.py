@@ -36,7 +36,7 @@ _LICENCE_ADDRESS: Final = re.compile(r"https?://\S+")
 
 @dataclass(frozen=True)
 class Author:
-    """An author of a campaign, with the address of the ORCID; empty if there is none."""
+    """An author of a campaign, with the address of the ORCID, which may be empty."""
 
     name: str
     orcid: str = ""
@@ -65,7 +65,7 @@ class Citation:
 
     @property
     def licence_address(self) -> str:
-        """The address of the licence; empty if there is none."""
+        """The address of the licence; may be empty."""
         is_name = self.licence and not _LICENCE_ADDRESS.fullmatch(self.licence)
         return f"https://spdx.org/licenses/{self.licence}" if is_name else self.licence
 

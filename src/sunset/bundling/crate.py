@@ -61,7 +61,9 @@ def _crate_text(plan: CampaignPlan, citation: Citation, sizes: Mapping[str, int]
         {"@id": author.orcid or f"#author-{number}", "@type": "Person", "name": author.name}
         for number, author in enumerate(citation.authors or (Author(ANONYMOUS),), 1)
     ]
-    licences = [_licence(citation)] if citation.licence else []
+    licence: _Entity = {"@id": citation.licence_address, "@type": "CreativeWork", "name": citation.licence}
+    licence["description"] = f"The bundle may be used under {citation.licence}."
+    licences = [licence] if citation.licence else []
     files = [_file(name, size) for name, size in sorted(sizes.items())]
     metadata: _Entity = {"@id": CRATE_FILE, "@type": "CreativeWork", "about": {"@id": _ROOT}}
     dataset: _Entity = {
@@ -92,12 +94,6 @@ def _links(entities: Sequence[_Entity]) -> object:
     """Return references to entities; to a single entity, not in a list."""
     links = [{"@id": entity["@id"]} for entity in entities]
     return links[0] if len(links) == 1 else links
-
-
-def _licence(citation: Citation) -> _Entity:
-    description = f"The bundle may be used under {citation.licence}."
-    entity: _Entity = {"@id": citation.licence_address, "@type": "CreativeWork", "name": citation.licence}
-    return entity | {"description": description}
 
 
 def _file(name: str, size: int) -> _Entity:

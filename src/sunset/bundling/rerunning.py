@@ -30,15 +30,7 @@ _OF_THIS_COMPUTER: Final = {"versions", "manager_versions", "missing_walls", "ma
 
 @dataclass(frozen=True)
 class Rerun:
-    """The second runs that are wanted.
-
-    Attributes:
-        number: how many, at most.
-        seed: of the choice among the runs that can be repeated.
-        trust: whether code of the bundle may run.
-        model: the model's folder or name; the plan's model if None.
-        bag: the campaign's bag; the default flight if None.
-    """
+    """The greatest number of second runs, the seed of their choice, and the arguments of `sunset.verify` for them."""
 
     number: int
     seed: int
@@ -75,7 +67,11 @@ def _obstacle(opened: OpenedBundle, run: RunRecord, rerun: Rerun) -> str:
         "failed runs leave no messages to compare": run.is_empty,
         "the flight is not in the bundle; name it with --bag": is_on_bag and rerun.bag is None,
         f"its model {plan.model} is not installed; name its folder with --model": (
-            rerun.model is None and not _is_installed(plan.model, plan.model_checksum)
+            rerun.model is None
+            and (
+                plan.model not in list_models()
+                or model_checksum(load_model(plan.model).card) != plan.model_checksum
+            )
         ),
         f"that runs the code of {name}, which the bundle has; read it, and let it run with --trust": (
             is_own and not rerun.trust
@@ -85,10 +81,6 @@ def _obstacle(opened: OpenedBundle, run: RunRecord, rerun: Rerun) -> str:
         ),
     }
     return next((obstacle for obstacle, holds in obstacles.items() if holds), "")
-
-
-def _is_installed(model: str, checksum: str) -> bool:
-    return model in list_models() and model_checksum(load_model(model).card) == checksum
 
 
 def _manager(opened: OpenedBundle, run: RunRecord) -> str:
@@ -166,5 +158,5 @@ def _unpacked(root: Path, sources: ManagerSources, folder: str) -> str:
         for word in shlex.split(sources.load.removeprefix(PREFIX))
     ]
     if words[0].startswith(f"{root}/"):
-        Path(words[0]).chmod(0o755)  # a bundle has no permissions
+        Path(words[0]).chmod(0o755)  # a bundle lacks permissions
     return PREFIX + shlex.join(words)

@@ -3,7 +3,7 @@
 import tempfile
 from collections.abc import Iterator
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from sunset.bundling.archive import differing_files, extract_archive
@@ -30,19 +30,19 @@ class Verification:
         unchecked: a sentence for each thing that could not be checked.
         problems: a sentence for each problem, after the file or run.
         differences: a sentence for each result that differs, if another version of SUNSET made the bundle.
-        recomputed: how many runs' figures were computed again.
-        again: the folders of the runs that were repeated, chosen by `seed`.
+        runs_recomputed: how many runs' figures were computed again.
+        runs_again: the folders of the runs that were repeated, chosen by `seed`.
     """
 
-    path: Path
+    bundle: Path
     sha256: str
     campaign: str
     checked: tuple[str, ...]
     unchecked: tuple[str, ...]
     problems: tuple[str, ...]
     differences: tuple[str, ...]
-    recomputed: int
-    again: tuple[str, ...]
+    runs_recomputed: int
+    runs_again: tuple[str, ...]
     seed: int
 
     @property
@@ -52,7 +52,7 @@ class Verification:
 
     def __str__(self) -> str:
         """Return lines of text, the verdict last."""
-        lines = [f"{self.path}: {self.campaign}", f"SHA-256 {self.sha256}"]
+        lines = [f"{self.bundle}: {self.campaign}", f"SHA-256 {self.sha256}"]
         lines += [f"checked      {text}" for text in self.checked]
         lines += [f"not checked  {text}" for text in self.unchecked]
         lines += [f"differs      {text}" for text in self.differences]
@@ -63,24 +63,12 @@ class Verification:
             differing = counted(len(self.differences), "result")
             verdict = f"Not damaged, but made by another version of SUNSET: {differing} of this one differ."
         else:
-            verdict = "Verified." if self.recomputed else "Nothing is wrong, but no figure was checked."
+            verdict = "Verified." if self.runs_recomputed else "Nothing is wrong, but no figure was checked."
         return printable("\n".join([*lines, verdict]))
 
     def to_json(self) -> dict[str, object]:
         """Return the result as JSON values."""
-        return {
-            "bundle": str(self.path),
-            "sha256": self.sha256,
-            "campaign": self.campaign,
-            "verified": self.passed,
-            "checked": list(self.checked),
-            "unchecked": list(self.unchecked),
-            "problems": list(self.problems),
-            "differences": list(self.differences),
-            "runs_recomputed": self.recomputed,
-            "runs_again": list(self.again),
-            "seed": self.seed,
-        }
+        return asdict(self) | {"bundle": str(self.bundle), "verified": self.passed}
 
 
 def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Verification:
@@ -96,8 +84,8 @@ def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Ver
     Raises:
         RecordError: the file is not a bundle, is of another version, or cannot be opened.
         ModelError: the model cannot be used.
-        DataError: there is no such bag.
-        OutputError: there is no space to open the bundle.
+        DataError: the bag is missing.
+        OutputError: the temporary folder lacks space.
     """
     if rerun.model is not None:
         load_model(rerun.model)
@@ -122,7 +110,7 @@ def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Ver
 def _verify(
     path: Path, opened: OpenedBundle, rerun: Rerun, problems: list[str], progress: Progress | None
 ) -> Verification:
-    """Check the campaign of a bundle; `problems` are those of its files and sources."""
+    """Check the campaign of a bundle; `problems` were found in its files and sources."""
     plan = opened.plan
     total = plan.runs + min(rerun.number, plan.runs)
 
@@ -143,15 +131,15 @@ def _verify(
         findings.results.extend(f"{place.relative_to(opened.root)}: {text}" for text in again)
         update(plan.runs + done)
     return Verification(
-        path=path,
+        bundle=path,
         sha256=file_digest(path),
         campaign=description_of(plan),
         checked=tuple(_checked(opened, findings, rerun, len(chosen))),
         unchecked=tuple(findings.unchecked),
         problems=tuple(map(opened.text, (*problems, *findings.problems))),
         differences=tuple(map(opened.text, findings.differences)),
-        recomputed=findings.recomputed,
-        again=tuple(place.relative_to(opened.root / CAMPAIGN).as_posix() for place in chosen),
+        runs_recomputed=findings.recomputed,
+        runs_again=tuple(place.relative_to(opened.root / CAMPAIGN).as_posix() for place in chosen),
         seed=rerun.seed,
     )
 
@@ -173,9 +161,7 @@ def _differing_table(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
     """Yield a sentence if the table in the bundle differs from the table of its runs."""
     try:
         is_same = read_text(opened.root / REPORT_FILE) == render_report(opened.root / CAMPAIGN)
-    except (OSError, UnicodeDecodeError):
-        yield f"{REPORT_FILE}: it is missing, or not a text."
-    except RecordError as error:
+    except (OSError, UnicodeDecodeError, RecordError) as error:
         yield f"{REPORT_FILE}: it could not be compared: {error}"
     else:
         if not is_same and findings.has_extensions:

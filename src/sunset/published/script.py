@@ -40,11 +40,8 @@ class LogRow:
     Attributes:
         time_ns: on the experiment's clock.
         source: the writer: `EVALUATOR`, `EXECUTOR`, `ANALYZER`, `PLANNING`, or another, which is ignored.
-        rule: the rule that triggers, or has an outcome; of the analyzer.
-        strategy: the strategy that is executed, or has an outcome.
-        status: of the strategy, such as `EXECUTED`; 0 when a rule triggers.
-        iou: of the frame, NaN without labels; of the evaluator.
-        fault: the injected fault; of the scenario executor.
+        status: of the strategy, such as `EXECUTED`; 0 when a rule of the analyzer triggers.
+        iou: of the evaluator's frame, NaN without labels.
     """
 
     time_ns: int

@@ -2,7 +2,7 @@
 
 import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Final
 
@@ -16,10 +16,9 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.rosbag2.errors import WriterError
 
 from sunset.bag_files import open_bag
-from sunset.errors import OutputError, RecordError
+from sunset.errors import RecordError
 from sunset.interfaces import get_message, message_definition, type_hash, type_name
 from sunset.interfaces.system_interfaces.msg import ImageDigest
 from sunset.recording.values import Payload
@@ -48,7 +47,7 @@ BAG_FILES: Final = (_FILE, _METADATA)
 """The files of the bag in a record's folder."""
 
 
-def stored_topic(topic: str, name: str) -> str:
+def _stored_topic(topic: str, name: str) -> str:
     """Return the name of a topic in a record's bag, given the name of its messages' type."""
     return topic + _DIGEST if name == type_name(ImageDigest) else topic
 
@@ -56,30 +55,23 @@ def stored_topic(topic: str, name: str) -> str:
 class BagWriter:
     """Writes messages into a bag's file, which appears in an existing folder when it is closed.
 
-    The bytes depend on the messages, and on the versions of `rosbags` and its compressor.
-
-    Args:
-        folder: the folder.
-        files: the file's name, and optionally the name of the bag's metadata.
-
-    Raises:
-        OutputError: the file cannot be written.
+    The bytes depend on the messages, and on the versions of `rosbags` and its compressor. `files` are the file's name,
+    and optionally the name of the bag's metadata.
     """
 
     def __init__(self, folder: Path, *files: str) -> None:
         # rosbags names the files after their folder, so this name must be constant
         self._folder, self._own, self._files = folder, folder / Path(files[0]).stem, files
         self._connections: dict[tuple[str, str], Connection] = {}
-        with self._translated():
-            self._writer = Writer(self._own, version=9, storage_plugin=StoragePlugin.MCAP)
-            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-            self._writer.open()
+        self._writer = Writer(self._own, version=9, storage_plugin=StoragePlugin.MCAP)
+        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        self._writer.open()
 
     def add_topic(self, topic: str, name: str) -> Connection:
         """Add a topic for messages of the named type."""
         kind = get_message(name)
         connection = self._writer.add_connection(
-            stored_topic(topic, name),
+            _stored_topic(topic, name),
             name,
             msgdef=message_definition(kind),
             rihs01=type_hash(kind),
@@ -91,16 +83,12 @@ class BagWriter:
     def write(self, payload: Payload) -> None:
         """Write a message."""
         connection = self._connections.get((payload.topic, payload.type))
-        try:  # a context manager would be entered thousands of times
-            connection = connection or self.add_topic(payload.topic, payload.type)
-            self._writer.write(connection, payload.time_ns, payload.cdr)
-        except WriterError as error:
-            raise self._error(error) from error
+        connection = connection or self.add_topic(payload.topic, payload.type)
+        self._writer.write(connection, payload.time_ns, payload.cdr)
 
     def close(self) -> None:
         """Complete the bag's file and move it to its folder."""
-        with self._translated():
-            self._writer.close()
+        self._writer.close()
         metadata = self._own / _METADATA
         text = metadata.read_text(encoding="utf-8")
         metadata.write_text(text.replace("ros_distro: rosbags", f"ros_distro: {_DISTRO}"), encoding="utf-8")
@@ -112,16 +100,6 @@ class BagWriter:
         """Close the file if it is incomplete."""
         with suppress(OSError):
             self._writer.abort()
-
-    @contextmanager
-    def _translated(self) -> Iterator[None]:
-        try:
-            yield
-        except WriterError as error:
-            raise self._error(error) from error
-
-    def _error(self, error: WriterError) -> OutputError:
-        return OutputError(f"The record in {self._folder} cannot be written: {error}.")
 
 
 def write_bag(folder: Path, payloads: Sequence[Payload]) -> None:
@@ -150,7 +128,7 @@ def read_bag(folder: Path, name: str = _FILE) -> Iterator[Payload]:
         with closing(open_bag(file)) as reader:
             for connection, time_ns, cdr in reader.messages():
                 name = connection.msgtype
-                topic = connection.topic.removesuffix(stored_topic("", name))
+                topic = connection.topic.removesuffix(_stored_topic("", name))
                 yield Payload(topic, name, time_ns, cdr)
     except Exception as error:  # the reader raises nearly anything on a damaged file
         if lacking := shortage(error):

@@ -91,12 +91,7 @@ class StoredImage:
 
 
 class ImageWriter(BagWriter):
-    """Writes the images of a run into a bag in an existing folder.
-
-    Args:
-        folder: the folder.
-        wanted: whether the images of a topic are kept; None for all.
-    """
+    """Writes the images of a run, or of the topics that are wanted, into a bag in an existing folder."""
 
     def __init__(self, folder: Path, wanted: Callable[[str], bool] | None = None) -> None:
         super().__init__(folder, IMAGES_FILE)

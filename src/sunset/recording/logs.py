@@ -21,9 +21,7 @@ class LogLine:
 
     Attributes:
         time: in seconds from the injection; negative before it.
-        severity: such as `INFO` or `WARN`.
         logger: the node's full name with dots in place of slashes, such as `managed_subsystem.camera`.
-        text: the logged text.
     """
 
     time: float

@@ -21,15 +21,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 _SUMMARY: Final = (
-    "scenario",
-    "manager",
-    "manager_failed",
-    "seed",
-    "model",
-    "middleware",
-    "digest",
-    "valid",
-    "reason",
+    *("scenario", "manager", "manager_failed", "seed", "model", "middleware"),
+    *("digest", "valid", "reason"),
 )
 
 

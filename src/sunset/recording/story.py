@@ -103,12 +103,11 @@ def _stated_once(events: Iterable[Event]) -> list[Event]:
     for time, kind, text in events:
         stretch += kind not in _REPEATING
         stated.setdefault((stretch, time < 0, kind, text), []).append(time)
-    return [(times[0], str(kind), f"{text}{_repeated(times)}") for (*_, kind, text), times in stated.items()]
-
-
-def _repeated(times: list[float]) -> str:
-    more = len(times) - 1
-    return f" … {counted(more, 'time')} more until {times[-1]:.2f} s" if more else ""
+    combined = []
+    for (*_, kind, text), times in stated.items():
+        often = f" … {counted(len(times) - 1, 'time')} more until {times[-1]:.2f} s" if len(times) > 1 else ""
+        combined.append((times[0], str(kind), f"{text}{often}"))
+    return combined
 
 
 class _Console(Console):

@@ -96,13 +96,17 @@ def timeline_of(run: RunRecord, messages: Iterable[RecordedMessage]) -> Timeline
     for recorded in messages:
         topics[recorded.topic].append(recorded)
     start_ns = start_of(topics[LOG_TOPIC])
-    timed = [topic for topic in topics if topic in _topics_of_messages()]
+    times = {
+        topic: np.array([_seconds(recorded.time_ns, start_ns) for recorded in timed], dtype=np.float64)
+        for topic, timed in topics.items()
+        if topic in _topics_of_messages()
+    }
     signals = current_system().signals.values()
     evaluated = _evaluated(topics[EVALUATION_TOPIC], topics[TRUTH_TOPIC], start_ns)
     return Timeline(
         duration_s=run.duration_s,
         period_s=run.period_s,
-        message_times={topic: _times(topics[topic], start_ns) for topic in timed},
+        message_times=times,
         samples={signal.name: _samples(topics[DIAGNOSTICS_TOPIC], signal, start_ns) for signal in signals},
         thresholds=run.thresholds,
         injections=_injections(topics[INJECTIONS_TOPIC], topics[FAULT_ENDS_TOPIC], start_ns),
@@ -133,10 +137,6 @@ def content_of(recorded: RecordedMessage, kind: type[_M]) -> _M:
 
 def _seconds(time_ns: int, start_ns: int) -> float:
     return (time_ns - start_ns) / 1e9
-
-
-def _times(messages: Sequence[RecordedMessage], start_ns: int) -> npt.NDArray[np.float64]:
-    return np.array([_seconds(recorded.time_ns, start_ns) for recorded in messages], dtype=np.float64)
 
 
 def start_of(messages: Iterable[RecordedMessage]) -> int:

@@ -43,12 +43,9 @@ def run_view(
 
     Args:
         run: the run.
-        messages: all messages of the record, in order of time.
+        messages: all messages of the record.
         placed: the places of its images' pictures.
         note: a remark about its pictures.
-
-    Raises:
-        RecordError: a message does not have the expected type.
     """
     record = run.record
     start_ns = start_of(messages)
@@ -72,7 +69,8 @@ def run_view(
         "nodes": [{"name": name, "states": _states(run, name, start)} for name in current_system().nodes],
         "events": events,
         "figures": [
-            dict(zip(("name", "value", "remark"), figure, strict=True)) for figure in figures_of(run.metrics)
+            {"name": name, "value": value, "remark": remark}
+            for name, value, remark in figures_of(run.metrics)
         ],
         "iou": (_rounded(run.timeline.frames.times), _digits(run.timeline.frames.iou)),
         "frames": frames_view(messages, start_ns, record, placed),

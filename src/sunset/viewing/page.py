@@ -57,13 +57,7 @@ _SHARED: Final = {
 
 
 class Viewed(NamedTuple):
-    """A run that is shown.
-
-    Attributes:
-        run: the run.
-        images: returns its images in order of time, at each call; None if there are none.
-        note: why there are none.
-    """
+    """A run that is shown, with a function that returns its images in order of time, or a note why it has none."""
 
     run: StoredRun
     images: Callable[[], Iterable[StoredImage]] | None
@@ -104,20 +98,18 @@ def check_page_file(file: Path) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         if not os.access(file.parent, os.W_OK):
             raise OutputError(f"The page {file} cannot be written: no permission; name another file.")
-        if file.exists() and _MARK.encode() not in _head(file):
-            raise OutputError(
-                f"The file {file} exists, and is not a page of 'sunset view': name another one with --out, in Python "
-                "with out."
-            )
+        if file.exists():
+            with open_regular(file) as opened:
+                is_page = _MARK.encode() in opened.read(_HEAD)
+            if not is_page:
+                raise OutputError(
+                    f"The file {file} exists, and is not a page of 'sunset view': name another one with --out, in "
+                    "Python with out."
+                )
     except OSError as error:
         raise OutputError(
             f"The page {file} cannot be written: {error.strerror}; name another file."
         ) from error
-
-
-def _head(file: Path) -> bytes:
-    with open_regular(file) as opened:
-        return opened.read(_HEAD)
 
 
 def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> str:

@@ -54,14 +54,9 @@ class DepthScale:
 
 @dataclass(frozen=True, slots=True)
 class PicturesView:
-    """All pictures of the page, each once.
+    """All pictures of the page, each once, and the indices of the visible classes, the frequent classes first.
 
-    Attributes:
-        width: of the stored labels [pixels].
-        height: likewise.
-        note: the loss of the pictures.
-        classes: the indices of the visible classes, the frequent classes first.
-        data: WebP of colour and depth, packed class indices of labels; in base64.
+    The size is the labels'. The data are WebP of colour and depth, and packed labels, in base64.
     """
 
     width: int
@@ -73,13 +68,7 @@ class PicturesView:
 
 
 class Source(NamedTuple):
-    """The images of a run.
-
-    Attributes:
-        images: returns the images in order of time, at each call.
-        frames: the approximate number of frames.
-        wanted: whether the images of a topic are shown.
-    """
+    """A function that returns a run's images in order of time, their frames, about, and the topics that are shown."""
 
     images: Callable[[], Iterable[StoredImage]]
     frames: int
@@ -96,12 +85,7 @@ class Placed(NamedTuple):
 
 
 class _Encoded(NamedTuple):
-    """A picture.
-
-    Attributes:
-        counts: of labels, the number of pixels of each class index (256,).
-        loss: of a measured picture, the mean difference of its pixels from the original, of 255.
-    """
+    """A picture; of labels the pixels of each class (256,), and of others perhaps the mean loss of a pixel, of 255."""
 
     data: bytes
     counts: npt.NDArray[np.int64] | None = None
@@ -110,13 +94,7 @@ class _Encoded(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Settings:
-    """The sizes and quality of pictures.
-
-    Attributes:
-        scale: the share of their width and height that labels keep.
-        shrink: the share of the labels' width and height that colour and depth keep.
-        quality: of colour and depth.
-    """
+    """The share of width and height that labels keep, the share of this that colour and depth keep, their quality."""
 
     scale: float
     shrink: float = 1.0

@@ -117,11 +117,17 @@ def rerun_run(
 
 
 def _values(run: RunRecord) -> dict[str, object]:
-    """Return the fields of a record that must repeat, and the entries of their mappings, by name."""
-    fields = {name: value for name, value in asdict(run).items() if name not in _OF_THIS_COMPUTER}
-    mappings = [name for name, value in fields.items() if isinstance(value, Mapping)]
-    entries = [fields.pop(name) for name in mappings]
-    return fields | {name: value for entry in entries for name, value in entry.items()}
+    """Return the fields of a record that must repeat, by name, and the figures and other entries of mappings."""
+    values: dict[str, object] = {}
+    for name, value in asdict(run).items():
+        if name in _OF_THIS_COMPUTER:
+            continue
+        if isinstance(value, Mapping):
+            prefix = "" if name == "metrics" else f"{name}."
+            values |= {f"{prefix}{key}": entry for key, entry in value.items()}
+        else:
+            values[name] = value
+    return values
 
 
 def _packages(run: RunRecord) -> str:

@@ -12,7 +12,6 @@ from sunset.recording.reader import check_extensions, read_messages, read_timeli
 from sunset.recording.schema import (
     PLAN_FILE,
     PLAN_VERSION,
-    RECORD_VERSION,
     RUN_FILE,
     SCORE_REFERENCES,
     TABLE_REFERENCES,
@@ -35,7 +34,6 @@ __all__ = [
     "IMAGES_FILE",
     "PLAN_FILE",
     "PLAN_VERSION",
-    "RECORD_VERSION",
     "RUN_FILE",
     "SCORE_REFERENCES",
     "TABLE_REFERENCES",

@@ -98,15 +98,15 @@ def _print_causes(console: "_Console", causes: Sequence[Cause]) -> None:
 
 def _stated_once(events: Iterable[Event]) -> list[Event]:
     """Return the events with repetitions of logs and adaptations combined, unless another event came between them."""
-    stated: dict[tuple[object, ...], list[float]] = {}
+    stated: dict[tuple[int, bool, str, str], list[float]] = {}
     stretch = 0
     for time, kind, text in events:
         stretch += kind not in _REPEATING
         stated.setdefault((stretch, time < 0, kind, text), []).append(time)
     combined = []
-    for (*_, kind, text), times in stated.items():
+    for (_, _, kind, text), times in stated.items():
         often = f" … {counted(len(times) - 1, 'time')} more until {times[-1]:.2f} s" if len(times) > 1 else ""
-        combined.append((times[0], str(kind), f"{text}{often}"))
+        combined.append((times[0], kind, f"{text}{often}"))
     return combined
 
 

@@ -101,7 +101,8 @@ def check_fields(instance: object, error: type[SunsetError] = InvalidInputError)
     for name, kind in fields_of(schema).items():
         value = getattr(instance, name)
         if not _fits(value, kind):
-            raise error(f"The {_title(kind) or name} must be {_described(kind)}, got {shown(value)}.")
+            expected = _described(kind).removesuffix(" or null")
+            raise error(f"The {_title(kind) or name} must be {expected}, got {shown(value)}.")
 
 
 def document_text(document: object) -> str:
@@ -184,6 +185,8 @@ def _described(kind: object) -> str:
 
 def _title(kind: object) -> str:
     """Return what messages call a field of this type; empty if that is its name."""
+    if get_origin(kind) in (Union, UnionType):
+        return next(filter(None, map(_title, get_args(kind))), "")
     remarks = get_args(kind)[1:] if get_origin(kind) is Annotated else ()
     return next((remark.title for remark in remarks if isinstance(remark, msgspec.Meta) and remark.title), "")
 

@@ -164,7 +164,7 @@ def test_an_unknown_name_is_answered_with_the_suites(name: str) -> None:
         ("- name: image_shift\n", "line 1: the key 'target_node' is missing"),
         ("[" * 5000, "nested too deeply"),
         ("a: &a [*a]\n? *a\n: 1\n", "line 1"),
-        ("name: a\n---\nname: b\n", "it holds several YAML documents"),
+        ("name: a\n---\nname: b\n", "line 2: this is not valid YAML: but found another document"),
         ("name: \x01\n", "not valid YAML"),
     ],
 )

@@ -1,10 +1,10 @@
-"""Scenarios: which faults a run injects, and the suites."""
+"""Scenarios: the faults that a run injects, and the suites."""
 
 from sunset.scenarios.courses import onsets, problems
+from sunset.scenarios.fault import ScenarioFault
 from sunset.scenarios.loading import generate, load_scenario, load_suite, split_hash
 from sunset.scenarios.reading import parse_scenario
-from sunset.scenarios.schema import Scenario, ScenarioFault
-from sunset.scenarios.severity import with_strengths
+from sunset.scenarios.schema import Scenario, with_strengths
 from sunset.scenarios.split_files import (
     SPLIT_FILE,
     SplitDescription,

@@ -1,4 +1,4 @@
-"""The published exemplar's scenario files: a list of parameter adaptations, and what each means here."""
+"""The published exemplar's scenario files: a list of parameter adaptations."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -10,7 +10,7 @@ from sunset.system import Value, get_fault
 
 REQUIRED_KEYS: Final = ("name", "target_node", "type", "value")
 IGNORED_KEYS: Final = ("criticality_level", "is_gt_failure", "probability")
-"""Keys of an entry that say nothing about what is injected."""
+"""Keys of an entry that do not concern the injection."""
 
 _RENAMED: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -32,17 +32,17 @@ _PUBLISHED_STRENGTHS: Final[Mapping[str, float]] = MappingProxyType(
 """The strengths of the published files, on full-size images and the published networks."""
 
 _LARGEST: Final = 1e9
-"""Far above every strength that a fault can have."""
+"""Far above every strength of a fault."""
 
 
 def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str, Value]:
-    """Return (fault, value) of one entry of a published file.
+    """Return (fault, value) of an entry of a published file.
 
-    Strengths are scaled such that the published suite's become the strengths of ours, since image size,
-    noise and network differ.
+    Strengths are scaled so that the published suite's become the strengths of our suites, since image size, noise and
+    network differ.
 
     Raises:
-        ScenarioError: the entry is of another type, sets no fault, or sets it at another node.
+        ScenarioError: the entry is of another type, sets an unknown fault, or sets it at another node.
 
     >>> translate("image_shift", "/managed_subsystem/sensor_fusion", "parameter_adaptation", 150)
     ('image_shift', 5)
@@ -55,11 +55,10 @@ def translate(name: str, target_node: str, kind: str, value: Value) -> tuple[str
             f"The fault {name} must have the target_node /managed_subsystem/{fault.node}, "
             f"got {target_node!r}."
         )
-    published = _PUBLISHED_STRENGTHS.get(fault.name)
-    ours = fault.value
+    published, ours = _PUBLISHED_STRENGTHS.get(fault.name), fault.value
     if published is None or isinstance(value, bool | str) or isinstance(ours, bool | str):
         return fault.name, value
     if not 0 <= value <= _LARGEST:
-        return fault.name, value  # which the scenario refuses, by the number that was given
+        return fault.name, value  # the scenario refuses it, and quotes the file's number
     scaled = ours * value / published
     return fault.name, round(scaled) if isinstance(ours, int) else scaled

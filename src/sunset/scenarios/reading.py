@@ -1,4 +1,4 @@
-"""Reading scenarios: YAML texts in our format and in the published exemplar's, with complaints that name the line."""
+"""Reading scenarios from YAML, in our format and in the published exemplar's; errors name the line."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,15 +12,14 @@ from sunset.scenarios.courses import problems
 from sunset.scenarios.fault import ScenarioFault
 from sunset.scenarios.schema import Scenario
 from sunset.scenarios.timing import After, Profile
-from sunset.system import DURATION_S
 
 
 def parse_scenario(text: str, source: str) -> Scenario:
-    """Return the scenario that a YAML text describes, in our format or in the published exemplar's.
+    """Parse a scenario in our format or in the published exemplar's.
 
     Args:
         text: the YAML text.
-        source: where it comes from, for messages; its stem names a scenario of the published format.
+        source: its file, for messages; its stem names a scenario of the published format.
 
     Raises:
         ScenarioError: it is not valid YAML or not a scenario; the message names source and line.
@@ -30,11 +29,7 @@ def parse_scenario(text: str, source: str) -> Scenario:
 
 
 def parse_suite(text: str, name: str) -> tuple[Scenario, ...]:
-    """Return the scenarios of a suite that a YAML text lists, each as in a scenario file.
-
-    Args:
-        text: the YAML text.
-        name: the suite's, which goes before the scenarios' names.
+    """Parse a list of scenarios, and put the suite's name before theirs.
 
     Raises:
         ScenarioError: it is not valid YAML or not such a list; the message names suite and line.
@@ -42,10 +37,9 @@ def parse_suite(text: str, name: str) -> tuple[Scenario, ...]:
     >>> parse_suite("[{name: late, faults: [{name: gpu_failure, at: 9}]}]", "mine")[0].name
     'mine/late'
     """
-    items = parse_yaml(text, f"The suite {name}").items()
-    scenarios = [(item, _ours(item)) for item in items]
     named: dict[str, Scenario] = {}
-    for item, scenario in scenarios:
+    for item in parse_yaml(text, f"The suite {name}").items():
+        scenario = _ours(item)
         if scenario.name in named:
             raise item.error(f"The scenario {scenario.name} is there twice; rename one.")
         named[scenario.name] = replace(scenario, name=f"{name}/{scenario.name}")
@@ -58,16 +52,16 @@ def _ours(root: Item) -> Scenario:
     faults = tuple(map(_fault, items))
     name = fields["name"].text()
     description = fields["description"].text() if "description" in fields else ""
-    duration = None
-    if "duration" in fields:
-        seconds = fields["duration"].number()
-        with fields["duration"].located():
-            duration = Scenario("duration", duration=seconds).duration
-    for number, problem in problems(faults, DURATION_S if duration is None else duration):
-        raise items[number].error(problem)
-    flight = _flight(fields.get("flight"))
+    flight = _flight(fields["flight"]) if "flight" in fields else None
     with root.located():
-        return Scenario(name, faults, description, duration, flight)
+        scenario = Scenario(name, description=description, flight=flight)
+    if "duration" in fields:
+        duration = fields["duration"].number()
+        with fields["duration"].located():
+            scenario = replace(scenario, duration=duration)
+    for number, problem in problems(faults, scenario.duration_s):
+        raise items[number].error(problem)
+    return replace(scenario, faults=faults)
 
 
 def _fault(item: Item) -> ScenarioFault:
@@ -78,14 +72,15 @@ def _fault(item: Item) -> ScenarioFault:
     fields = item.mapping(
         required=("name",), optional=("value", "at", "until", "profile", "after", "severity")
     )
+    values: dict[str, Any] = {key: fields[key].value() for key in ("value", "severity") if key in fields}
+    values |= {key: fields[key].number() for key in ("at", "until") if key in fields}
+    if "profile" in fields:
+        values["profile"] = _profile(fields["profile"])
+    if "after" in fields:
+        values["after"] = _after(fields["after"])
     name = fields["name"].text()
-    value = fields["value"].value() if "value" in fields else None
-    severity: Any = fields["severity"].value() if "severity" in fields else None
-    times = {key: fields[key].number() for key in ("at", "until") if key in fields}
-    profile = _profile(fields["profile"]) if "profile" in fields else Profile()
-    after = _after(fields["after"]) if "after" in fields else None
     with item.located():
-        return ScenarioFault(name, value, profile=profile, after=after, severity=severity, **times)
+        return ScenarioFault(name, **values)
 
 
 def _profile(item: Item) -> Profile:
@@ -93,7 +88,7 @@ def _profile(item: Item) -> Profile:
         {"kind": item} if item.is_scalar else item.mapping(required=("kind",), optional=("rise", "on", "off"))
     )
     kind = fields.pop("kind").text()
-    times = {key: one.number() for key, one in fields.items()}
+    times = {key: field.number() for key, field in fields.items()}
     with item.located():
         return Profile(kind=kind, **times)
 
@@ -105,11 +100,9 @@ def _after(item: Item) -> After:
         return After(fault=fault, delay=delay)
 
 
-def _flight(item: Item | None) -> FlightSpec | None:
-    if item is None:
-        return None
+def _flight(item: Item) -> FlightSpec:
     fields = item.mapping(required=(), optional=KEYS)
-    values: dict[str, object] = {key: one.value() for key, one in fields.items()}
+    values: dict[str, object] = {key: field.value() for key, field in fields.items()}
     if "bag" in fields:
         values["bag"] = str(Path(item.source).parent / fields["bag"].text())
     try:

@@ -1,4 +1,4 @@
-"""The suites of the system's description, as scenarios."""
+"""The suites of the managed system, as scenarios."""
 
 import re
 from functools import lru_cache
@@ -13,27 +13,7 @@ from sunset.system import System, all_suites, current_system, scenario_name
 from sunset.texts import suggestion
 
 _DRAWN: Final = re.compile(rf"({'|'.join(split for split in SPLITS if split != WILD)})-\d+")
-"""The name of a scenario that was drawn for a split whose name is not that of a suite."""
-
-
-@lru_cache(maxsize=64)
-def _suite(system: System, name: str) -> tuple[Scenario, ...]:
-    """Return the scenarios of a system's suite."""
-    scenarios = all_suites()[name]
-    if isinstance(scenarios, str):
-        return parse_suite(scenarios, name)
-    return tuple(_scenario(system, name, faults) for faults in scenarios)
-
-
-def _scenario(system: System, suite_name: str, texts: tuple[str, ...]) -> Scenario:
-    """Return a scenario of a suite."""
-    faults = tuple(parse_fault(text) for text in texts)
-    return Scenario(
-        name=scenario_name(suite_name, texts),
-        faults=faults,
-        description=" ".join(system.faults[fault.name].description for fault in faults)
-        or "Nothing goes wrong.",
-    )
+"""The name of a scenario of a split, except the split with the name of a suite."""
 
 
 def suite_names() -> tuple[str, ...]:
@@ -49,7 +29,7 @@ def suite(name: str) -> tuple[Scenario, ...]:
     """Return the scenarios of a suite, in a fixed order.
 
     Raises:
-        ScenarioError: there is no such suite; the message lists those that there are. Or its text is not usable.
+        ScenarioError: the suite is unknown, and the message lists all suites; or its text is not usable.
 
     >>> len(suite("paper"))
     54
@@ -63,8 +43,22 @@ def suite(name: str) -> tuple[Scenario, ...]:
     return _suite(current_system(), name)
 
 
+@lru_cache(maxsize=64)
+def _suite(system: System, name: str) -> tuple[Scenario, ...]:
+    scenarios = all_suites()[name]
+    if isinstance(scenarios, str):
+        return parse_suite(scenarios, name)
+    return tuple(_scenario(system, name, faults) for faults in scenarios)
+
+
+def _scenario(system: System, suite_name: str, faults: tuple[str, ...]) -> Scenario:
+    parsed = tuple(map(parse_fault, faults))
+    sentences = " ".join(system.faults[fault.name].description for fault in parsed)
+    return Scenario(scenario_name(suite_name, faults), parsed, sentences or "Nothing goes wrong.")
+
+
 def suite_of(scenario: Scenario) -> str:
-    """Return the suite that has a scenario, by its name and with its faults, or the split that it is named after.
+    """Return the suite that contains a scenario, or the split that it is named after; empty if it is in neither.
 
     >>> suite_of(Scenario("nofault")), suite_of(Scenario("nofault", (parse_fault("gpu_failure"),)))
     ('nofault', '')
@@ -76,7 +70,7 @@ def suite_of(scenario: Scenario) -> str:
     name = scenario.name.split("/", 1)[0]
     if name not in suite_names():
         return ""
-    same = ((one.name, one.faults) == (scenario.name, scenario.faults) for one in suite(name))
+    same = ((other.name, other.faults) == (scenario.name, scenario.faults) for other in suite(name))
     return name if any(same) else ""
 
 

@@ -1,12 +1,14 @@
-"""When a fault of a scenario is there, and how its strength goes on."""
+"""The times of a scenario's fault, and the course of its strength."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from math import isfinite
 from types import MappingProxyType
-from typing import Final
+from typing import Annotated, Final, TypeAlias
+
+from msgspec import Meta
 
 from sunset.errors import ScenarioError
+from sunset.schemas import check_fields
 from sunset.system import PERIOD_S
 from sunset.texts import shown, suggestion
 
@@ -17,72 +19,62 @@ INTERMITTENT: Final = "intermittent"
 PROFILES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {STEP: (), RAMP: ("rise",), INTERMITTENT: ("on", "off")}
 )
-"""Kind of a profile → the times that it has."""
+"""Kind of a profile → the times that it needs."""
 
 LONGEST_S: Final = 3600.0
-"""No time of a scenario is longer, in seconds."""
+"""The longest time of a scenario [s]."""
 
-_SHORTEST_S: Final = PERIOD_S
-"""A frame's: nothing would be seen of a shorter time."""
+Seconds: TypeAlias = Annotated[float, Meta(ge=PERIOD_S, le=LONGEST_S)]
+"""A time of at least a frame's, since shorter times have no effect."""
 
 
-def checked_seconds(what: str, seconds: object, *, least: float = 0.0) -> float:
-    """Return a time of a scenario, a number of seconds from `least` to `LONGEST_S`.
-
-    Raises:
-        ScenarioError: it is not one; `what` says of what.
-    """
-    if isinstance(seconds, int | float) and not isinstance(seconds, bool):
-        number = float(seconds) if abs(seconds) <= LONGEST_S else float("nan")
-        if isfinite(number) and number >= least:
-            return number
-    raise ScenarioError(f"{what} must be seconds from {least:g} to {LONGEST_S:g}, got {shown(seconds)}.")
+def to_floats(instance: object, *names: str) -> None:
+    """Make whole numbers of a frozen dataclass floating-point numbers, as files have them."""
+    for name in names:
+        value = getattr(instance, name)
+        object.__setattr__(instance, name, None if value is None else float(value))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Profile:
-    """How the strength of a fault goes on after its onset.
+    """The course of a fault's strength after its onset.
 
     Attributes:
-        kind: `step`, all of it at once; `ramp`, it grows from nothing; or `intermittent`, it comes and goes.
-        rise: how long a ramp grows [s].
-        on: how long an intermittent fault is there each time [s].
-        off: how long it is away after that [s].
+        kind: `step`, full strength at once; `ramp`, growing from nothing; or `intermittent`, coming and going.
+        rise: the time that a ramp grows [s].
+        on: the time that an intermittent fault is there [s].
+        off: the time that it is away after that [s].
 
     Raises:
-        ScenarioError: there is no such kind, or its times are not those of the kind.
+        ScenarioError: the kind is unknown, or does not have these times.
 
     >>> Profile(kind="ramp", rise=5).to_mapping()
     {'kind': 'ramp', 'rise': 5.0}
     """
 
     kind: str = STEP
-    rise: float | None = None
-    on: float | None = None
-    off: float | None = None
+    rise: Seconds | None = None
+    on: Seconds | None = None
+    off: Seconds | None = None
 
     def __post_init__(self) -> None:
-        """Check that it has the times of its kind, and no other."""
-        if not isinstance(self.kind, str) or self.kind not in PROFILES:
+        check_fields(self, ScenarioError)
+        if self.kind not in PROFILES:
             raise ScenarioError(
                 f"There is no profile {shown(self.kind)}: {suggestion(self.kind, PROFILES)}choose one of "
                 f"{', '.join(PROFILES)}."
             )
-        for name in ("rise", "on", "off"):
-            value = getattr(self, name)
-            if name not in PROFILES[self.kind]:
-                if value is not None:
-                    raise ScenarioError(
-                        f"The profile {self.kind} has no {name}: leave it out, or choose another profile."
-                    )
-                continue
-            if value is None:
-                raise ScenarioError(f"The profile {self.kind} needs {name}, in seconds.")
-            seconds = checked_seconds(f"The {name} of the profile {self.kind}", value, least=_SHORTEST_S)
-            object.__setattr__(self, name, seconds)
+        given = tuple(name for name in ("rise", "on", "off") if getattr(self, name) is not None)
+        if given != PROFILES[self.kind]:
+            needed = ", ".join(PROFILES[self.kind]) or "no times"
+            raise ScenarioError(
+                f"The profile {self.kind} needs {needed}, got {', '.join(given) or 'none'}: change it, or choose "
+                "another profile."
+            )
+        to_floats(self, "rise", "on", "off")
 
     def to_mapping(self) -> dict[str, str | float]:
-        """Return it as a scenario's file has it."""
+        """Return it as in a scenario file."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: value for name, value in values.items() if value is not None}
 
@@ -98,28 +90,23 @@ class Profile:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class After:
-    """That a fault follows another one, unless that is over by then.
+    """The onset of a fault that follows another fault, unless that is over by then.
 
     Attributes:
         fault: the other fault's name.
-        delay: seconds from the other's onset to this one's.
+        delay: the time between the two onsets [s].
 
     Raises:
-        ScenarioError: the name is not a text, or the delay is out of range.
+        ScenarioError: the delay is out of range.
     """
 
     fault: str
-    delay: float
+    delay: Seconds
 
     def __post_init__(self) -> None:
-        """Check both."""
-        if not isinstance(self.fault, str):
-            raise ScenarioError(
-                f"The fault that another one comes after must be a name, got {shown(self.fault)}."
-            )
-        delay = checked_seconds(f"The delay after {self.fault}", self.delay, least=_SHORTEST_S)
-        object.__setattr__(self, "delay", delay)
+        check_fields(self, ScenarioError)
+        to_floats(self, "delay")
 
     def to_mapping(self) -> dict[str, str | float]:
-        """Return it as a scenario's file has it."""
+        """Return it as in a scenario file."""
         return {"fault": self.fault, "delay": self.delay}

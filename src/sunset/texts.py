@@ -1,4 +1,4 @@
-"""Text that others wrote, such that it does nothing but stand where it is printed."""
+"""Texts for sentences, terminals and spreadsheets; quoted texts of others become harmless."""
 
 import csv
 import difflib
@@ -14,7 +14,7 @@ _LONGEST_SENTENCE: Final = 2000
 
 
 def printable(text: str) -> str:
-    r"""Return `text` with escapes for what a terminal obeys instead of showing it; lines and tabs stay.
+    r"""Return `text` with escapes for characters that a terminal obeys instead of showing; lines and tabs stay.
 
     >>> printable("\x1b[2JFlight ü\u202e")
     '\\x1b[2JFlight ü\\u202e'
@@ -46,7 +46,7 @@ def printable_json(value: object) -> object:
 
 
 def shorten(text: str, longest: int = 1000) -> str:
-    """Return a text that a message quotes, cut to so many characters: what came over a network may be long.
+    """Return a quoted text, cut to this number of characters: a text from a network may be long.
 
     >>> shorten("a" * 30, 10)
     'aaaaaaaaaa…'
@@ -55,7 +55,7 @@ def shorten(text: str, longest: int = 1000) -> str:
 
 
 def sentence(text: str) -> str:
-    """Return a sentence that quotes texts of others, made printable, and without its middle if it is far too long.
+    """Return a sentence, made printable, and without its middle if it is far too long.
 
     >>> len(sentence("There is no scenario " + "x" * 5000 + ": name another."))
     2000
@@ -77,7 +77,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def tallied(sentences: Iterable[str]) -> list[str]:
-    """Return each of some sentences once, with how often it comes if that is several times.
+    """Return each sentence once, with its count if it is there several times.
 
     >>> tallied(["it failed", "it hung", "it failed"])
     ['it failed (2 times)', 'it hung']
@@ -87,7 +87,7 @@ def tallied(sentences: Iterable[str]) -> list[str]:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return at least one name, as a sentence lists them.
+    """Return names as a sentence lists them.
 
     >>> listed(["F1"]), listed(["F1", "F2", "F3"])
     ('F1', 'F1, F2 and F3')
@@ -97,21 +97,21 @@ def listed(names: Sequence[str]) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value that was given as a message quotes it, whatever it is.
+    """Return a value as a message quotes it, shortened.
 
     >>> shown("1"), shown(10**5000)
     ("'1'", 'a whole number of thousands of digits')
     """
     try:
         return reprlib.repr(value)
-    except ValueError:  # Python writes no number that is so long
+    except ValueError:  # the number is too long for Python to write
         return "a whole number of thousands of digits"
 
 
 def suggestion(name: object, known: Iterable[str], prefix: str = "") -> str:
-    """Return the part of a sentence that asks whether a known name was meant; empty if none is like it.
+    """Return the part of a sentence that suggests a similar known name; empty if no name is similar.
 
-    Both are compared without their `prefix`, which stands before the suggested name.
+    Both are compared without their `prefix`, which is put before the suggested name.
 
     >>> f"There is no fault 'gpu_failur': {suggestion('gpu_failur', ['gpu_failure'])}choose another one."
     "There is no fault 'gpu_failur': did you mean 'gpu_failure', or choose another one."
@@ -122,26 +122,25 @@ def suggestion(name: object, known: Iterable[str], prefix: str = "") -> str:
 
 def described_error(error: BaseException) -> str:
     """Return an exception's class and text without the full stop, such as `KeyError: 'x'`."""
-    return ": ".join(
-        filter(None, (_said(lambda: type(error).__name__) or "an exception", _said(lambda: str(error))))
-    )
+    parts = (_safe_text(lambda: type(error).__name__) or "an exception", _safe_text(lambda: str(error)))
+    return ": ".join(filter(None, parts))
 
 
-def _said(say: Callable[[], str]) -> str:
-    """Return what a user's exception says of itself; empty if that raises."""
+def _safe_text(describe: Callable[[], str]) -> str:
+    """Return a description of a user's exception; empty if its own methods raise."""
     try:
-        return shorten(say().rstrip("."))
-    except BaseException:  # noqa: BLE001  it may be anything
+        return shorten(describe().rstrip("."))
+    except BaseException:  # noqa: BLE001  a user's method may raise anything
         return ""
 
 
 def line_text(file: str | Path, line: int, function: str) -> str:
-    """Return a line of a file to be said behind what happened there, such as ` (mine.py, line 7, in adapt)`."""
+    """Return a line of a file for the end of a sentence, such as ` (mine.py, line 7, in adapt)`."""
     return f" ({Path(file).name}, line {line}, in {function})"
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    r"""Return rows as CSV; a text that a spreadsheet would compute has an apostrophe before it.
+    r"""Return rows as CSV, with an apostrophe before texts that a spreadsheet would compute.
 
     >>> csv_text([["=1+1", "-0.5", None, True]])
     "'=1+1,-0.5,,true\n"
@@ -154,8 +153,8 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 def _inert(cell: object) -> object:
     if isinstance(cell, bool):
         return str(cell).lower()
-    computed = isinstance(cell, str) and cell.startswith(tuple("=@+-\t\r")) and not _is_number(cell)
-    return f"'{cell}" if computed else cell
+    is_formula = isinstance(cell, str) and cell.startswith(tuple("=@+-\t\r")) and not _is_number(cell)
+    return f"'{cell}" if is_formula else cell
 
 
 def _is_number(text: str) -> bool:

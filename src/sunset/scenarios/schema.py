@@ -10,8 +10,7 @@ from msgspec import Meta
 from sunset.errors import ScenarioError
 from sunset.flights import FlightSpec
 from sunset.scenarios.courses import problems
-from sunset.scenarios.fault import ScenarioFault
-from sunset.scenarios.timing import LONGEST_S, to_floats
+from sunset.scenarios.fault import LONGEST_S, ScenarioFault, to_floats
 from sunset.schemas import check_fields
 from sunset.system import DURATION_S
 from sunset.texts import listed, shown

@@ -18,9 +18,8 @@ from msgspec import Meta
 
 from sunset.errors import InvalidInputError
 from sunset.flights import TIMES, FlightSpec
-from sunset.scenarios.fault import ScenarioFault
+from sunset.scenarios.fault import INTERMITTENT, RAMP, STEP, After, Profile, ScenarioFault
 from sunset.scenarios.schema import Scenario
-from sunset.scenarios.timing import INTERMITTENT, RAMP, STEP, After, Profile
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed, generator
 from sunset.system import current_system, excluding_pairs, get_fault, unlisted_names

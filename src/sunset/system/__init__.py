@@ -33,7 +33,7 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
-from sunset.system.extension import Extension
+from sunset.system.extension import Extension, Suite, names_in_suite
 from sunset.system.harness import (
     BAG_PLAYER,
     BLACKBOARD_TOPIC,
@@ -85,7 +85,6 @@ from sunset.system.paper import (
     SHARPNESS_SIGNAL,
     USE_CAMERA,
 )
-from sunset.system.suites import Suite, names_in_suite
 from sunset.system.system import System
 from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate
 

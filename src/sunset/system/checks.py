@@ -13,10 +13,9 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
-from sunset.system.extension import Extension
+from sunset.system.extension import Extension, names_in_suite
 from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
 from sunset.system.names import full_name
-from sunset.system.suites import names_in_suite
 from sunset.system.system import System
 from sunset.texts import suggestion
 

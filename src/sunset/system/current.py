@@ -17,10 +17,9 @@ from sunset.errors import ExtensionError
 from sunset.source_files import is_edited
 from sunset.system.checks import check_extension, check_system
 from sunset.system.description import Fault
-from sunset.system.extension import Extension
+from sunset.system.extension import Extension, Suite, names_in_suite
 from sunset.system.loading import LoadedExtension, import_extension
 from sunset.system.paper import PAPER
-from sunset.system.suites import Suite, names_in_suite
 from sunset.system.system import System
 
 

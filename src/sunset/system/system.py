@@ -22,7 +22,7 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
-from sunset.system.extension import Extension
+from sunset.system.extension import Extension, Suite
 from sunset.system.harness import (
     COMMANDS_TOPIC,
     DIAGNOSTICS_TOPIC,
@@ -32,7 +32,6 @@ from sunset.system.harness import (
     SENSOR_TOPICS,
 )
 from sunset.system.names import FAULT_ACCESS, full_name
-from sunset.system.suites import Suite
 from sunset.texts import suggestion
 
 

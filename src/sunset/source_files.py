@@ -216,7 +216,7 @@ def class_texts(origin: object) -> list[bytes]:
                 first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
                 if first < code.co_firstlineno <= (node.end_lineno or 0):
                     return ["".join(lines[first - 1 : node.end_lineno]).encode(), *texts]
-    raise OSError("there is no class around the functions")
+    raise OSError("the functions are not in a class")
 
 
 def is_edited(path: Path, origin: object = None) -> bool:

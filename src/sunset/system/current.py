@@ -94,17 +94,19 @@ def extended_system(wheres: Iterable[str | Path]) -> Iterator[System]:
     Raises:
         ExtensionError: as `load_extension`.
     """
-    with _using(replace(_use.get())) as use:
+    use = _use.get()
+    with using_system(use.system, use.extensions):
         for where in wheres:
             load_extension(where)
-        yield use.system
+        yield current_system()
 
 
 @contextmanager
-def _using(use: _Use) -> Iterator[_Use]:
-    token = _use.set(use)
+def using_system(system: System, extensions: Mapping[LoadedExtension, Extension]) -> Iterator[None]:
+    """Let a system with these extensions be the current system for as long as the context lasts, in this thread."""
+    token = _use.set(_Use(system, extensions))
     try:
-        yield use
+        yield
     finally:
         _use.reset(token)
 
@@ -145,7 +147,7 @@ def system_with(faults: Iterable[str]) -> Iterator[None]:
                 f"The extension {loaded.name} has a class for the node {taken[0]}, which a run with an unlisted fault "
                 "has, too: leave the extension out, or take another scenario."
             )
-    with _using(_Use(System(*use.system.parts, part), use.extensions)):
+    with using_system(System(*use.system.parts, part), use.extensions):
         yield
 
 

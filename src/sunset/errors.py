@@ -1,10 +1,10 @@
 """The exceptions of SUNSET.
 
-Every error that a user can cause derives from `SunsetError`. The command line prints it as a sentence on stderr, with
-exit code 2::
+Every error that a user can cause derives from `SunsetError`, and the command line turns it into one
+sentence on stderr and exit code 2::
 
     SunsetError
-    ├── InvalidInputError          a file or value from a user is not usable
+    ├── InvalidInputError          what a user wrote or passed is not usable
     │   ├── ScenarioError          a scenario or suite: unknown, malformed, out of range
     │   ├── ParameterError         a ROS parameter: unknown, wrong type, out of range
     │   ├── DataError              a bag, a frame, a data set: missing, truncated, of another kind
@@ -22,15 +22,15 @@ from sunset.texts import sentence
 
 
 class SunsetError(Exception):
-    """Base of all errors that SUNSET raises on purpose; its text is a sentence for the user."""
+    """Base of all errors that SUNSET raises on purpose; its text is one sentence for the user."""
 
     def __str__(self) -> str:
-        """Return the sentence, printable and of limited length whatever names it quotes."""
+        """Return the sentence, whatever the names in it hold and however long they are."""
         return sentence(super().__str__())
 
 
 class InvalidInputError(SunsetError):
-    """A file or value from a user is not usable."""
+    """Something that the user wrote or passed is not usable."""
 
 
 class ScenarioError(InvalidInputError):
@@ -70,7 +70,7 @@ class InterfaceError(MiddlewareError):
 
 
 class OutputError(SunsetError):
-    """A result cannot be written: permissions, space or the folder are missing."""
+    """A result cannot be written: no permission, no space, no such folder."""
 
 
 class MissingExtraError(SunsetError):
@@ -78,4 +78,4 @@ class MissingExtraError(SunsetError):
 
 
 MALFORMED_YAML = (ArithmeticError, AttributeError, LookupError, RecursionError, ValueError)
-"""Exceptions of PyYAML besides its own, for values that do not fit their tags or are nested too deeply."""
+"""What PyYAML raises besides its own errors, where a value does not fit its tag or is nested too deeply."""

@@ -202,7 +202,7 @@ def functions_of(origin: object) -> list[FunctionType]:
 
 
 def class_texts(origin: object) -> list[bytes]:
-    """Return the source of a class without a file, and of its functions, which may be defined elsewhere.
+    """Return the source of a class that has no file, and that of its functions, which may be from elsewhere.
 
     Raises:
         OSError: Python does not have it.
@@ -216,7 +216,7 @@ def class_texts(origin: object) -> list[bytes]:
                 first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
                 if first < code.co_firstlineno <= (node.end_lineno or 0):
                     return ["".join(lines[first - 1 : node.end_lineno]).encode(), *texts]
-    raise OSError("the functions are not in a class")
+    raise OSError("there is no class around the functions")
 
 
 def is_edited(path: Path, origin: object = None) -> bool:

@@ -1,4 +1,4 @@
-"""Texts for sentences, terminals and spreadsheets; quoted texts of others become harmless."""
+"""Text that others wrote, such that it does nothing but stand where it is printed."""
 
 import csv
 import difflib
@@ -14,7 +14,7 @@ _LONGEST_SENTENCE: Final = 2000
 
 
 def printable(text: str) -> str:
-    r"""Return `text` with escapes for characters that a terminal obeys instead of showing; lines and tabs stay.
+    r"""Return `text` with escapes for what a terminal obeys instead of showing it; lines and tabs stay.
 
     >>> printable("\x1b[2JFlight ü\u202e")
     '\\x1b[2JFlight ü\\u202e'
@@ -46,7 +46,7 @@ def printable_json(value: object) -> object:
 
 
 def shorten(text: str, longest: int = 1000) -> str:
-    """Return a quoted text, cut to this number of characters: a text from a network may be long.
+    """Return a text that a message quotes, cut to so many characters: what came over a network may be long.
 
     >>> shorten("a" * 30, 10)
     'aaaaaaaaaa…'
@@ -55,7 +55,7 @@ def shorten(text: str, longest: int = 1000) -> str:
 
 
 def sentence(text: str) -> str:
-    """Return a sentence, made printable, and without its middle if it is far too long.
+    """Return a sentence that quotes texts of others, made printable, and without its middle if it is far too long.
 
     >>> len(sentence("There is no scenario " + "x" * 5000 + ": name another."))
     2000
@@ -97,21 +97,21 @@ def listed(names: Sequence[str]) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as a message quotes it, shortened.
+    """Return a value that was given as a message quotes it, whatever it is.
 
     >>> shown("1"), shown(10**5000)
     ("'1'", 'a whole number of thousands of digits')
     """
     try:
         return reprlib.repr(value)
-    except ValueError:  # the number is too long for Python to write
+    except ValueError:  # Python writes no number that is so long
         return "a whole number of thousands of digits"
 
 
 def suggestion(name: object, known: Iterable[str], prefix: str = "") -> str:
-    """Return the part of a sentence that suggests a similar known name; empty if no name is similar.
+    """Return the part of a sentence that asks whether a known name was meant; empty if none is like it.
 
-    Both are compared without their `prefix`, which is put before the suggested name.
+    Both are compared without their `prefix`, which stands before the suggested name.
 
     >>> f"There is no fault 'gpu_failur': {suggestion('gpu_failur', ['gpu_failure'])}choose another one."
     "There is no fault 'gpu_failur': did you mean 'gpu_failure', or choose another one."

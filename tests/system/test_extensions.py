@@ -129,7 +129,7 @@ def of_fault(options: str) -> str:
             HEAD
             + "EXTENSION = Extension(views=(View(Adaptation('set_parameter', 'sensor_fusion', 'modality', 3), "
             "frozenset({'lidar'})),))",
-            "The view 'set sensor_fusion.modality to 3' refers to the node 'lidar', which is not there",
+            "The view 'set sensor_fusion.modality to 3' refers to the sensor 'lidar', which is not there",
         ),
         (
             HEAD
@@ -147,6 +147,10 @@ def of_fault(options: str) -> str:
                 f"The sensors must be a set of names of nodes, such as frozenset({{'camera'}}), got {sensors} (",
             )
             for sensors in ("'camera'", "frozenset()")
+        ),
+        (
+            view("3", "segmentation"),
+            "refers to the sensor 'segmentation', which is not there: name one of camera, depth.",
         ),
         (view("'rgb'", "camera"), "the parameter 'modality' of type int, got 'rgb'"),
         (view("float('nan')", "camera"), "the parameter 'modality' of type int, got nan"),

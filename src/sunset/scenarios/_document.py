@@ -1,29 +1,13 @@
 """YAML documents whose errors name the file and the line."""
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Final
 
 import yaml
 
 from sunset.errors import MALFORMED_YAML, ScenarioError
 from sunset.system import Value
-
-_DECIMAL: Final = re.compile(
-    r"[-+]?(?:0|[1-9][0-9]*|[0-9]*\.[0-9]*(?:[eE][-+][0-9]+)?|\.(?:inf|Inf|INF))|\.(?:nan|NaN|NAN)"
-)
-"""Numbers that mean the same in every version of YAML."""
-
-
-def is_ambiguous(text: str, value: object) -> bool:
-    """Return whether a text is this number in YAML 1.1 only, the version that PyYAML reads.
-
-    >>> is_ambiguous("1:30", 90), is_ambiguous("010", 8), is_ambiguous("10", 10)
-    (True, True, False)
-    """
-    return isinstance(value, int | float) and not isinstance(value, bool) and not _DECIMAL.fullmatch(text)
 
 
 def parse_yaml(text: str, source: str) -> "Item":
@@ -118,11 +102,6 @@ class Item:
                 value = self.loader.construct_object(self.node)
             except (yaml.YAMLError, *MALFORMED_YAML) as error:
                 raise self.error(f"{text!r} is not a value that a fault can have.") from error
-            if is_ambiguous(text, value):
-                raise self.error(
-                    f"{text!r} would be {value!r}, by a rule of YAML 1.1; write a number in decimal digits without a 0 "
-                    "in front, a text in quotes."
-                )
             if isinstance(value, bool | int | float | str):
                 return value
         raise self._type_error("a truth value, a number or a text")

@@ -9,7 +9,6 @@ import yaml
 from msgspec import Meta
 
 from sunset.errors import MALFORMED_YAML, ScenarioError
-from sunset.scenarios._document import is_ambiguous
 from sunset.schemas import check_fields
 from sunset.system import PERIOD_S, Adaptation, Fault, Value, get_fault
 from sunset.texts import shown, suggestion
@@ -217,7 +216,7 @@ def _value(text: str) -> Value:
     try:
         value = yaml.safe_load(text)
         if isinstance(value, bool | int | float):
-            return text if is_ambiguous(text, value) else value
+            return value
         return float(text)  # such as 1e-1, which is a text in YAML 1.1
     except (yaml.YAMLError, *MALFORMED_YAML):
         return text

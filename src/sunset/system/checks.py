@@ -117,7 +117,9 @@ def _check_adaptation(adaptation: Adaptation, system: System) -> None:
 
 
 def _check_views(system: System) -> None:
-    system.upstream  # noqa: B018  raises if the wiring has a cycle
+    sensors = {
+        name: node for name, node in system.nodes.items() if node.outputs and not system.upstream[name]
+    }
     parameters = {f"{view.setting.node}.{view.setting.parameter}": None for view in system.views}
     if len(parameters) > 1:
         raise ExtensionError(f"All views must be values of one parameter, got {' and '.join(parameters)}.")
@@ -126,7 +128,7 @@ def _check_views(system: System) -> None:
         raise ExtensionError(f"Each view must have a value of its own, got {', '.join(map(str, values))}.")
     for view in system.views:
         for sensor in sorted(view.sensors):
-            _known("node", sensor, system.nodes, f"The view {str(view.setting)!r}")
+            _known("sensor", sensor, sensors, f"The view {str(view.setting)!r}")
 
 
 def _check_signals(system: System) -> None:

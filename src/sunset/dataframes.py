@@ -10,11 +10,7 @@ if TYPE_CHECKING:
 
 
 def data_frame(rows: Iterable[Mapping[str, object]]) -> "DataFrame":
-    """Return rows as a data frame of pandas.
-
-    Raises:
-        MissingExtraError: pandas is not installed.
-    """
+    """Return rows as a data frame of pandas."""
     try:
         import pandas as pd  # noqa: PLC0415  optional
     except ImportError as error:

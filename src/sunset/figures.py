@@ -72,9 +72,6 @@ def save_figure(figure: "Figure", path: Path, *, make_folder: bool = True) -> No
         figure: the figure.
         path: a `.pdf`, `.png` or `.svg`, which is replaced.
         make_folder: whether to make a missing folder.
-
-    Raises:
-        OutputError: the file cannot be written.
     """
     from matplotlib import rc_context  # noqa: PLC0415  an optional extra
 

@@ -17,11 +17,7 @@ TEXT_BYTES: Final = 2**24
 
 
 def open_regular(path: Path) -> BufferedReader:
-    """Open a regular file for reading, without blocking.
-
-    Raises:
-        OSError: it cannot be opened, or is not a regular file.
-    """
+    """Open a regular file for reading, without blocking."""
     try:
         file = open(path, "rb", opener=_opened)  # noqa: SIM115  the caller closes it; Path.open takes no opener
     except ValueError as error:  # a null byte
@@ -42,9 +38,6 @@ def check_regular(path: Path) -> None:
     """Check that a path, which a library will open, is a regular file.
 
     It is not opened here: closing a database's file would release the locks of its users.
-
-    Raises:
-        OSError: it is not a regular file.
     """
     _check(path, path.stat().st_mode)
 
@@ -70,20 +63,11 @@ def read_bytes(path: Path, most: int = TEXT_BYTES) -> bytes:
 
 
 def read_text(path: Path, most: int = TEXT_BYTES) -> str:
-    """Return the text in a regular file of at most `most` bytes.
-
-    Raises:
-        OSError: as `read_bytes`.
-        UnicodeDecodeError: it is not encoded in UTF-8.
-    """
+    """Return the text in a regular file of at most `most` bytes, in UTF-8."""
     return read_bytes(path, most).decode("utf-8")
 
 
 def file_digest(path: Path) -> str:
-    """Return the SHA-256 of a regular file, in hexadecimal.
-
-    Raises:
-        OSError: it cannot be read, or is not a regular file.
-    """
+    """Return the SHA-256 of a regular file, in hexadecimal."""
     with open_regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -22,11 +22,7 @@ def folder_name(text: str) -> str:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and its parents; it may exist.
-
-    Raises:
-        OutputError: it cannot be made.
-    """
+    """Make a folder and its parents; it may exist."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -61,9 +57,6 @@ def draft_of(file: Path, kind: str = "file") -> Iterator[Path]:
     Args:
         file: the file, which is replaced; its folder must exist.
         kind: its kind, for messages.
-
-    Raises:
-        OutputError: it cannot be written.
     """
     if not file.name:
         raise OutputError(f"A {kind} to write to must have a name, got {file}.")

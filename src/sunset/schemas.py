@@ -94,11 +94,7 @@ def convert(
 
 
 def check_fields(instance: object, error: type[SunsetError] = InvalidInputError) -> None:
-    """Check that the fields of a dataclass have the types and ranges of its annotations.
-
-    Raises:
-        SunsetError: of the class `error`: a field does not; the sentence has its name, expected and actual value.
-    """
+    """Check that the fields of a dataclass have the types and ranges of its annotations."""
     schema: type = type(instance)
     for name, kind in fields_of(schema).items():
         value = getattr(instance, name)

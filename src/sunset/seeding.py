@@ -12,11 +12,7 @@ MAX_SEED = 2**32 - 1
 
 
 def check_seed(seed: int) -> int:
-    """Return a seed, if it is a whole number in [0, 2³² − 1].
-
-    Raises:
-        InvalidInputError: it is not.
-    """
+    """Return a seed, if it is a whole number in [0, 2³² − 1]."""
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
         raise InvalidInputError(f"A seed must be a whole number from 0 to {MAX_SEED}, got {shown(seed)}.")
     return seed
@@ -31,9 +27,6 @@ def generator(seed: int, *path: str | int) -> np.random.Generator:
         seed: a whole number in [0, 2³² − 1].
         path: the purpose, such as `("depth", "noise", 17)`.
 
-    Raises:
-        InvalidInputError: the seed is out of range.
-
     >>> a, b = generator(1, "noise", 3), generator(1, "noise", 3)
     >>> bool(a.integers(1000) == b.integers(1000))
     True
@@ -45,9 +38,6 @@ def generator(seed: int, *path: str | int) -> np.random.Generator:
 
 def drawn_seed(seed: int, *path: str | int) -> int:
     """Return a seed in [0, 2³¹) that is drawn from another seed, for code that must not know the other.
-
-    Raises:
-        InvalidInputError: the seed is out of range.
 
     >>> drawn_seed(1, "manager") == drawn_seed(1, "manager") != drawn_seed(2, "manager")
     True

@@ -30,11 +30,7 @@ def printable(text: str) -> str:
 
 
 def printable_json(value: object) -> object:
-    """Return a value of JSON with every text in it, names included, made printable.
-
-    Raises:
-        RecursionError: it is nested too deeply.
-    """
+    """Return a value of JSON with every text in it, names included, made printable."""
     match value:
         case str():
             return printable(value)

@@ -16,9 +16,6 @@ def parse_yaml(text: str, source: str) -> "Item":
     Args:
         text: the YAML text.
         source: the file's name, for messages.
-
-    Raises:
-        ScenarioError: it is not valid YAML, or empty.
     """
     try:
         loader = yaml.SafeLoader(text)

@@ -46,9 +46,6 @@ class Profile:
         on: the time that an intermittent fault is there [s].
         off: the time that it is away after that [s].
 
-    Raises:
-        ScenarioError: the kind is unknown, or does not have these times.
-
     >>> Profile(kind="ramp", rise=5).to_mapping()
     {'kind': 'ramp', 'rise': 5.0}
     """
@@ -96,9 +93,6 @@ class After:
     Attributes:
         fault: the other fault's name.
         delay: the time between the two onsets [s].
-
-    Raises:
-        ScenarioError: the delay is out of range.
     """
 
     fault: str
@@ -201,9 +195,6 @@ class ScenarioFault:
 
 def parse_fault(text: str) -> ScenarioFault:
     """Parse `name`, or `name=value` with a strength by YAML's rules.
-
-    Raises:
-        ScenarioError: the fault is unknown, or cannot have the value.
 
     >>> parse_fault("image_shift=20").value
     20

@@ -167,11 +167,7 @@ def load_suite(name: str | Path) -> tuple[Scenario, ...]:
 
 
 def split_hash(name: str | Path) -> str:
-    """Return the hash that pins the split in a suite's folder; empty if the suite is not a split.
-
-    Raises:
-        ScenarioError: as `load_suite`.
-    """
+    """Return the hash that pins the split in a suite's folder; empty if the suite is not a split."""
     described = None if str(name) in suite_names() else read_split(Path(name))
     return described.sha256 if described else ""
 
@@ -182,9 +178,6 @@ def generate(faults: Sequence[str], *, name: str = "") -> Scenario:
     Args:
         faults: each as `name`, or `name=value` with a strength.
         name: the scenario's name; the faults joined by `+` if empty.
-
-    Raises:
-        ScenarioError: a fault or value is not usable.
 
     >>> generate(["image_shift=20"]).faults[0].value
     20

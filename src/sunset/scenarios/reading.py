@@ -59,9 +59,6 @@ def parse_scenario(text: str, source: str) -> Scenario:
 def parse_suite(text: str, name: str) -> tuple[Scenario, ...]:
     """Parse a list of scenarios, and put the suite's name before theirs.
 
-    Raises:
-        ScenarioError: it is not valid YAML or not such a list; the message names suite and line.
-
     >>> parse_suite("[{name: late, faults: [{name: gpu_failure, at: 9}]}]", "mine")[0].name
     'mine/late'
     """
@@ -144,9 +141,6 @@ def _translate(name: str, target_node: str, kind: str, value: Value) -> tuple[st
 
     Strengths are scaled so that the published suite's become the strengths of our suites, since image size, noise and
     network differ.
-
-    Raises:
-        ScenarioError: the entry is of another type, sets an unknown fault, or sets it at another node.
 
     >>> _translate("image_shift", "/managed_subsystem/sensor_fusion", "parameter_adaptation", 150)
     ('image_shift', 5)

@@ -51,20 +51,12 @@ def is_scenario_file(path: Path) -> bool:
 
 
 def scenario_files(folder: Path) -> list[Path]:
-    """Return the scenario files of a folder, in their order.
-
-    Raises:
-        OSError: it cannot be read.
-    """
+    """Return the scenario files of a folder, in their order."""
     return sorted(filter(is_scenario_file, folder.iterdir()))
 
 
 def read_salt(file: Path) -> bytes:
-    """Return the salt of a split, all bytes of a file.
-
-    Raises:
-        InvalidInputError: the file cannot be read, or is too short or too long.
-    """
+    """Return the salt of a split, all bytes of a file."""
     try:
         salt = read_bytes(file, _MAX_BYTES)
     except OSError as error:
@@ -78,11 +70,7 @@ def read_salt(file: Path) -> bytes:
 
 
 def write_split(spec: SplitSpec, folder: Path) -> SplitDescription:
-    """Draw a split and write it into a new folder, all of it or nothing.
-
-    Raises:
-        OutputError: the folder exists and is not empty, or cannot be written.
-    """
+    """Draw a split and write it into a new folder, all of it or nothing."""
     files = _draw_files(spec)
     described = _describe(spec, files)
     with draft_of_folder(folder, "split") as draft:
@@ -145,18 +133,20 @@ def check_split(folder: Path, salt: bytes = b"") -> SplitDescription:
         raise InvalidInputError(
             f"The split in {folder} was made with {_salt_text(described)}, got {_salt_text(expected)}: {remedy}."
         )
-    if described.rule != RULE:
-        problem = (
+    if described != expected:
+        raise ScenarioError(f"The split in {folder} {_difference(described, expected)}.")
+    return described
+
+
+def _difference(described: SplitDescription, expected: SplitDescription) -> str:
+    if described.rule != expected.rule:
+        return (
             f"was drawn by rule {described.rule}, and this version draws by rule {RULE}: use another version"
         )
-    elif described.extensions != expected.extensions:
+    if described.extensions != expected.extensions:
         named = ", ".join(described.extensions) or "none"
-        problem = f"was made with other extensions ({named}), or other versions of them: name these with --extension"
-    elif described != expected:
-        problem = f"does not have the scenarios that its {SPLIT_FILE} makes"
-    else:
-        return described
-    raise ScenarioError(f"The split in {folder} {problem}.")
+        return f"was made with other extensions ({named}), or other versions of them: name these with --extension"
+    return f"does not have the scenarios that its {SPLIT_FILE} makes"
 
 
 def _salt_text(described: SplitDescription) -> str:

@@ -25,11 +25,7 @@ ItemT = TypeVar("ItemT")
 
 
 def check_system(system: System) -> None:
-    """Check that the parts of a system refer to parts that are there, and contradict neither each other nor themselves.
-
-    Raises:
-        ExtensionError: they do not fit.
-    """
+    """Check that the parts of a system refer to parts that are there, and do not contradict each other."""
     _check_nodes(system)
     for adaptation in system.adaptations:
         _check_adaptation(adaptation, system)
@@ -49,9 +45,6 @@ def check_extension(part: Extension, system: System, before: System) -> None:
         part: the extension.
         system: the system with it.
         before: the system without it.
-
-    Raises:
-        ExtensionError: a class or function cannot be imported, or does not fit its description.
     """
     for signal in part.signals:
         if signal.calibrated:

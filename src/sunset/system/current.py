@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Final
 
-from sunset.errors import ExtensionError
+from sunset.errors import ExtensionError, ScenarioError
 from sunset.source_files import is_edited
 from sunset.system.checks import check_extension, check_system
 from sunset.system.description import Fault
@@ -21,6 +21,7 @@ from sunset.system.extension import Extension, Suite, names_in_suite
 from sunset.system.loading import LoadedExtension, import_extension
 from sunset.system.paper import PAPER
 from sunset.system.system import System
+from sunset.texts import suggestion
 
 
 @dataclass(eq=False)
@@ -89,11 +90,7 @@ def _add(loaded: LoadedExtension, part: Extension, where: str | Path) -> None:
 
 @contextmanager
 def extended_system(wheres: Iterable[str | Path]) -> Iterator[System]:
-    """Load extensions for as long as the context lasts, in this thread only, and give the system with them.
-
-    Raises:
-        ExtensionError: as `load_extension`.
-    """
+    """Load extensions for as long as the context lasts, in this thread only, and give the system with them."""
     use = _use.get()
     with using_system(use.system, use.extensions):
         for where in wheres:
@@ -160,13 +157,15 @@ def find_fault(name: str) -> Fault | None:
 def get_fault(name: str) -> Fault:
     """Return a fault by name, listed or not.
 
-    Raises:
-        ScenarioError: the fault is unknown; the message lists the catalogue.
-
     >>> get_fault("gpu_failure").redeploy_only
     True
     """
-    return find_fault(name) or current_system().fault(name)
+    if fault := find_fault(name):
+        return fault
+    known = current_system().faults
+    raise ScenarioError(
+        f"There is no fault {name!r}: {suggestion(name, known)}choose one of {', '.join(known)}."
+    )
 
 
 def all_suites() -> Mapping[str, Suite]:

@@ -39,11 +39,7 @@ class LoadedExtension:
 
 
 def import_extension(place: str, *, is_file: bool) -> tuple[LoadedExtension, Extension]:
-    """Import an extension from a Python file, or from the entry point of a name.
-
-    Raises:
-        ExtensionError: it cannot be imported, or is not an `Extension`.
-    """
+    """Import an extension from a Python file, or from the entry point of a name."""
     module, extension = _from_file(Path(place)) if is_file else _from_entry_point(place)
     if not isinstance(extension, Extension):
         raise ExtensionError(

@@ -7,7 +7,7 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
-from sunset.errors import ExtensionError, ScenarioError
+from sunset.errors import ExtensionError
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
@@ -32,7 +32,6 @@ from sunset.system.harness import (
     SENSOR_TOPICS,
 )
 from sunset.system.names import FAULT_ACCESS, full_name
-from sunset.texts import suggestion
 
 
 class _Named(Protocol):
@@ -227,26 +226,10 @@ class System:
         """Node → time that a callback of an input takes in the simulation [s]."""
         return {node.name: node.compute_s for node in self.nodes.values() if node.compute_s}
 
-    def fault(self, name: str) -> Fault:
-        """Return a fault by name.
-
-        Raises:
-            ScenarioError: the fault is unknown; the message lists all faults.
-        """
-        try:
-            return self.faults[name]
-        except KeyError:
-            raise ScenarioError(
-                f"There is no fault {name!r}: {suggestion(name, self.faults)}choose one of {', '.join(self.faults)}."
-            ) from None
-
     def node_class(self, name: str) -> type:
         """Return the class of a managed node, or of a node of the harness that has a process.
 
         If several extensions replace the class of a node, it is the last subclass.
-
-        Raises:
-            ExtensionError: it cannot be imported.
         """
         replaced = [part.node_classes[name] for part in self.parts if name in part.node_classes]
         if replaced:
@@ -256,11 +239,7 @@ class System:
         return node_class
 
     def image_function(self, function: ImageFunction) -> Callable[..., Any]:
-        """Return a function of a fault's effect.
-
-        Raises:
-            ExtensionError: it cannot be imported.
-        """
+        """Return a function of a fault's effect."""
         imported: Callable[..., Any] = _imported(function, f"The function {function} of a fault's effect")
         return imported
 

@@ -75,6 +75,7 @@ class _Unlisted(AdaptiveNode):
 class WildCamera(_Unlisted, Camera):
     """A camera whose images may be old, too bright, of the wrong colours, seen through a film, or upside down."""
 
+    _last: Colours | None = None
     frozen_image = FaultParameter(False, "internal fault: the last image is repeated", cured_by_restart=True)
     overexposure = FaultParameter(
         0.0, "internal fault: share of excess light, until a redeploy", minimum=0.0, maximum=20.0
@@ -90,11 +91,6 @@ class WildCamera(_Unlisted, Camera):
         0.0, "external fault: shift of the light towards blue", minimum=0.0, maximum=1.0
     )
     upside_down = FaultParameter(False, "internal fault: the images are turned by half, until a redeploy")
-
-    def set_up(self) -> None:
-        """Name the input and the output."""
-        super().set_up()
-        self._last: Colours | None = None
 
     def _on_image(self, message: Image) -> None:
         seen = array_of_bgr(message)
@@ -114,6 +110,7 @@ class WildCamera(_Unlisted, Camera):
 class WildDepth(_Unlisted, Depth):
     """A depth camera whose scale may be off, whose link may lose images, and whose clock may step."""
 
+    _lost = 0
     scale_error = FaultParameter(
         0.0, "internal fault: share of excess distance, until a redeploy", minimum=0.0, maximum=10.0
     )
@@ -121,11 +118,6 @@ class WildDepth(_Unlisted, Depth):
     stepped_clock = FaultParameter(
         0.0, "internal fault: delay of the stamps [s], until a redeploy", minimum=0.0, maximum=60.0
     )
-
-    def set_up(self) -> None:
-        """Name the input and the output."""
-        super().set_up()
-        self._lost = 0
 
     def _on_image(self, message: Image) -> None:
         if self.lossy_link:
@@ -155,12 +147,8 @@ class WildFusion(_Unlisted, Fusion):
 class WildSegmentation(_Unlisted, SegmentationNode):
     """A segmentation whose processor may be too hot for the network of both images."""
 
+    _is_busy = False
     hot_processor = NodeParameter(False, "external fault: the network of both images takes seconds")
-
-    def set_up(self) -> None:
-        """Name the input and the output."""
-        super().set_up()
-        self._is_busy = False
 
     def _on_fused(self, message: SensorFusion) -> None:
         if not self.hot_processor or message.modality.fusion_type != FusionType.FUSION:

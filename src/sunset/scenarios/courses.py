@@ -96,9 +96,9 @@ def _conflicts(faults: Sequence[ScenarioFault], begun: Sequence[float]) -> Itera
         for fault, onset in zip(faults, begun, strict=True)
     ]
     excluding = {frozenset(pair): " and ".join(pair) for pair in excluding_pairs()}
-    for one, other in combinations(range(len(faults)), 2):
-        first, second = sorted((spans[one], spans[other]))
-        name, are_same = faults[one].name, faults[one].name == faults[other].name
+    for place, other in combinations(range(len(faults)), 2):
+        first, second = sorted((spans[place], spans[other]))
+        name, are_same = faults[place].name, faults[place].name == faults[other].name
         pair = excluding.get(frozenset({name, faults[other].name}))
         if second[0] > first[1] or (second[0] == first[1] and not are_same):
             continue

@@ -1,6 +1,7 @@
 """A part of a managed system, as the author of an extension writes it."""
 
 from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Annotated, TypeAlias, get_args, get_origin
@@ -100,6 +101,12 @@ class Extension:
             if not isinstance(values, tuple | list) or not all(isinstance(value, item) for value in values):
                 raise ExtensionError(
                     f"The {name} of an extension must be a tuple of {item.__name__}, got {shorten(repr(values), 100)}."
+                )
+
+        for name, scenarios in self.suites.items():
+            if any(isinstance(scenario, AbstractSet) for scenario in (scenarios, *scenarios)):
+                raise ExtensionError(
+                    f"The suite {name} must be tuples of faults: a set does not have an order."
                 )
 
     @property

@@ -48,7 +48,7 @@ def test_what_describes_a_flight_describes_the_same_one_again() -> None:
             "A flight has no 'hight': did you mean 'height', or name some of " + ", ".join(KEYS) + ".",
         ),
         ({"bag": ""}, "The bag of a flight must be a path, got ''."),
-        ({"bag": 3}, "The bag must be a path or null, got 3."),
+        ({"bag": 3}, "The bag must be a path, got 3."),
         (
             {"bag": "mine", "town": 2},
             "A flight is a bag or is rendered, not both: leave out the bag mine, or the conditions.",

@@ -1,4 +1,4 @@
-"""Zstandard, which Python itself has from 3.14 on."""
+"""Zstandard, which is part of Python from 3.14 on."""
 
 import sys
 

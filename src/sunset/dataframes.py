@@ -1,4 +1,4 @@
-"""Tables for pandas, which is not installed with SUNSET."""
+"""Data frames, which need pandas; SUNSET does not install it."""
 
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
@@ -10,16 +10,12 @@ if TYPE_CHECKING:
 
 
 def data_frame(rows: Iterable[Mapping[str, object]]) -> "DataFrame":
-    """Return rows as a data frame of pandas.
-
-    Raises:
-        MissingExtraError: pandas is not installed.
-    """
+    """Return rows as a data frame of pandas."""
     try:
         import pandas as pd  # noqa: PLC0415  optional
     except ImportError as error:
         raise MissingExtraError(
             "A data frame needs pandas, which is not installed: 'pip install pandas' installs it; the same figures are "
-            "attributes of what to_frame was called on."
+            "attributes of the object of to_frame."
         ) from error
     return pd.DataFrame(list(rows))

@@ -1,4 +1,4 @@
-"""What all figures share: their colours, and how they are checked and written."""
+"""Figures by matplotlib: colours, checks, and reproducible files."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -16,12 +16,11 @@ if TYPE_CHECKING:
 
 BLUE: Final = "#0072B2"
 ORANGE: Final = "#D55E00"
-"""Both are Okabe and Ito's, which can be told apart with any eyes."""
+"""Both are Okabe and Ito's, which colour-blind readers can distinguish."""
 GREY: Final = "#555555"
 
 _VARYING: Final = {".pdf": "CreationDate", ".png": "Software", ".svg": "Date"}
-"""What matplotlib writes beside a drawing that is not the same for the same drawing."""
-
+"""Suffix → the metadata of matplotlib that differ between files of the same drawing."""
 
 NEEDS_MATPLOTLIB: Final = (
     'Figures need matplotlib, which is not installed; run: pip install "sunset-exemplar[plots]".'
@@ -34,11 +33,11 @@ def can_draw() -> bool:
 
 
 def check_figure(path: Path) -> None:
-    """Check what can be checked before there is anything to draw.
+    """Check that a figure can be drawn, before its data are computed.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        InvalidInputError: the path has none of the suffixes `.pdf`, `.png`, `.svg`.
+        InvalidInputError: the path does not end in `.pdf`, `.png` or `.svg`.
     """
     if not can_draw():
         raise MissingExtraError(NEEDS_MATPLOTLIB)
@@ -48,14 +47,14 @@ def check_figure(path: Path) -> None:
 
 @contextmanager
 def drawing(style: Mapping[str, Any] = MappingProxyType({})) -> "Iterator[type[Figure]]":
-    """Give matplotlib's class of figures, and ignore the user's settings, so that figures always look the same.
+    """Give matplotlib's class of figures, without the user's settings, so that figures always look the same.
 
     Args:
-        style: what differs from matplotlib's defaults.
+        style: settings that differ from matplotlib's defaults.
     """
     try:
         import matplotlib as mpl  # noqa: PLC0415  an optional extra
-    except ValueError:  # a notebook's back end is named, and not installed here
+    except ValueError:  # MPLBACKEND names a notebook's back end that is not installed here
         del os.environ["MPLBACKEND"]
         import matplotlib as mpl  # noqa: PLC0415  see above
     from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
@@ -67,15 +66,12 @@ def drawing(style: Mapping[str, Any] = MappingProxyType({})) -> "Iterator[type[F
 
 
 def save_figure(figure: "Figure", path: Path, *, make_folder: bool = True) -> None:
-    """Write a figure, all of it or nothing, and the same bytes for the same drawing; in a context of `drawing`.
+    """Write a figure in a context of `drawing`, all of it or nothing; the same drawing gives the same bytes.
 
     Args:
-        figure: of matplotlib.
+        figure: the figure.
         path: a `.pdf`, `.png` or `.svg`, which is replaced.
-        make_folder: whether its folder is made if it is not there.
-
-    Raises:
-        OutputError: the file cannot be written.
+        make_folder: whether to make a missing folder.
     """
     from matplotlib import rc_context  # noqa: PLC0415  an optional extra
 

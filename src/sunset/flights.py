@@ -1,6 +1,6 @@
-"""Which frames a run plays: those of a bag, or those of a flight that is rendered under given conditions.
+"""Specifications of flights: the frames of a bag, or of a flight that is rendered under given conditions.
 
-What is said of a flight stands here, apart from what renders and reads frames, so that a scenario can name one.
+They are apart from rendering and reading, so that a scenario can name a flight.
 """
 
 import re
@@ -28,9 +28,7 @@ _LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightSpec:
-    """A flight by what it is made of: a bag, or the conditions under which it is rendered.
-
-    How many frames are rendered depends on the run.
+    """A flight: a bag, or the conditions for rendering it. The length of a rendered flight depends on the run.
 
     Raises:
         InvalidInputError: a value is of another type or out of range, or there are conditions beside a bag.
@@ -43,30 +41,29 @@ class FlightSpec:
     """A rosbag2 folder or file; None for a rendered flight."""
     town: Annotated[int, Meta(ge=TOWNS[0], le=TOWNS[-1], title="flight's town")] = 1
     height: Annotated[float, Meta(ge=20, le=300, title="flight's height [m]")] = 50.0
-    """In metres above the town's centre or, below 45 m, above the street that is followed."""
+    """Above the town's centre or, below 45 m, above the street of the flight."""
     angle: Annotated[float, Meta(ge=0, le=90, title="flight's angle [degrees]")] = 60.0
-    """Of the camera below the horizon, in degrees."""
+    """Of the camera below the horizon."""
     time: str = "noon"
     """The time of day, one of `TIMES`."""
     weather: str = "clear"
     """One of `WEATHERS`."""
     seed: int = 0
-    """Of the sensor's noise."""
+    """Of the sensors' noise."""
     label: str = ""
-    """What the flight is called in tables, if not by what it is made of."""
+    """Its name in tables, if not derived from the other attributes."""
 
     def __post_init__(self) -> None:
-        """Check the values, and that they go together."""
         check_fields(self)
         check_seed(self.seed)
-        for what, value, known in (("time of day", self.time, TIMES), ("weather", self.weather, WEATHERS)):
+        for kind, value, known in (("time of day", self.time, TIMES), ("weather", self.weather, WEATHERS)):
             if value not in known:
                 raise InvalidInputError(
-                    f"The flight's {what} must be one of {', '.join(known)}, got {shown(value)}."
+                    f"The flight's {kind} must be one of {', '.join(known)}, got {shown(value)}."
                 )
         object.__setattr__(self, "height", float(self.height))
         object.__setattr__(self, "angle", float(self.angle))
-        if self.bag is not None and any(getattr(self, name) != value for name, value in _DEFAULTS.items()):
+        if self.bag is not None and self._changed():
             raise InvalidInputError(
                 f"A flight is a bag or is rendered, not both: leave out the bag {self.bag}, or the conditions."
             )
@@ -78,10 +75,10 @@ class FlightSpec:
 
     @classmethod
     def of(cls, conditions: Mapping[str, Any]) -> "FlightSpec":
-        """Return the flight that a mapping describes, as a scenario's `flight` does: `bag`, or some conditions.
+        """Return the flight that a mapping describes, such as a scenario's `flight`: `bag`, or some conditions.
 
         Raises:
-            InvalidInputError: a key is not known, or a value is of another type or out of range.
+            InvalidInputError: a key is unknown, or a value is of another type or out of range.
 
         >>> FlightSpec.of({"town": 8, "height": 80}).conditions()
         {'town': 8, 'height': 80.0}
@@ -99,16 +96,16 @@ class FlightSpec:
         return cls(**values)
 
     def conditions(self) -> dict[str, int | float | str]:
-        """Return what `of` takes, without what is as in the default flight; a path as a text."""
-        if self.bag is not None:
-            return {"bag": str(self.bag)}
-        return {
-            name: getattr(self, name) for name, value in _DEFAULTS.items() if getattr(self, name) != value
-        }
+        """Return the argument of `of`, without the values of the default flight; a path as a text."""
+        return self._changed() if self.bag is None else {"bag": str(self.bag)}
+
+    def _changed(self) -> dict[str, int | float | str]:
+        values = {name: getattr(self, name) for name in _DEFAULTS}
+        return {name: value for name, value in values.items() if value != _DEFAULTS[name]}
 
     @property
     def name(self) -> str:
-        """What the flight is called in tables and records: its label or, in short, what it is made of."""
+        """Its name in tables and records: its label, or its bag or conditions in short."""
         if self.label:
             return self.label
         if self.bag is not None:
@@ -120,12 +117,12 @@ class FlightSpec:
 
 
 def parse_flights(texts: Sequence[str]) -> tuple[FlightSpec, ...]:
-    """Return the flights that texts name: `default`, `panel` for all of it, one of the panel, or a bag's path.
+    """Return the flights of these names: `default`, `panel`, a flight of the panel, or a bag's path.
 
-    `LABEL=` before a path is what the flight is called then.
+    `LABEL=` before a path is the flight's name.
 
     Raises:
-        InvalidInputError: there is no such flight, or two have the same name.
+        InvalidInputError: a flight is unknown, or two have the same name.
 
     >>> [flight.name for flight in parse_flights(["default", "night=over/town.mcap"])]
     ['default', 'night']
@@ -158,9 +155,7 @@ def _parse_bag(text: str, known: Collection[str]) -> FlightSpec:
 
 KEYS: Final = tuple(field.name for field in fields(FlightSpec) if field.name != "label")
 """The keys of a mapping that describes a flight."""
-_DEFAULTS: Final = {
-    field.name: field.default for field in fields(FlightSpec) if field.name not in {"bag", "label"}
-}
+_DEFAULTS: Final = {field.name: field.default for field in fields(FlightSpec) if field.name in KEYS[1:]}
 
 HELD_OUT: Final = (
     FlightSpec(town=8, height=35, angle=45, time="noon", weather="clear"),
@@ -168,7 +163,7 @@ HELD_OUT: Final = (
     FlightSpec(town=1, height=110, angle=75, time="morning", weather="hazy"),
     FlightSpec(town=1, height=65, angle=45, time="evening", weather="clear"),
 )
-"""Flights over towns, at heights and with angles that no training and no calibration of a shipped model has seen."""
+"""Flights whose towns, heights and angles were not used for training or calibration of a shipped model."""
 
 PANEL: Final = (
     FlightSpec(town=2, height=20, angle=30, time="morning", weather="clear"),
@@ -177,4 +172,4 @@ PANEL: Final = (
     FlightSpec(town=6, height=50, angle=60, time="evening", weather="hazy"),
     *HELD_OUT,
 )
-"""The flights over which managing systems are compared: towns, heights and angles, times of day, weathers."""
+"""The flights for comparing managing systems: various towns, heights, angles, times of day and weathers."""

@@ -1,7 +1,7 @@
-"""Reading files that users name: regular files only, and no larger than their kind can be.
+"""Reading files that users name: regular files only, of a size that fits their kind.
 
-A pipe without a writer, or a device without an end, would otherwise stop a command for ever or fill its memory.
-What is refused is refused with an `OSError` whose `strerror` says why, as the operating system does it.
+A pipe or an endless device would otherwise block a command or fill its memory. The `strerror` of an `OSError` gives the
+reason of a refusal, as the operating system's own errors do.
 """
 
 import errno
@@ -13,18 +13,14 @@ from pathlib import Path
 from typing import Final
 
 TEXT_BYTES: Final = 2**24
-"""What cards, logs, plans and parameter files stay far below: 16 MiB."""
+"""The limit of text files, such as cards, logs, plans and parameter files: 16 MiB."""
 
 
 def open_regular(path: Path) -> BufferedReader:
-    """Open a regular file for reading, without waiting for anybody.
-
-    Raises:
-        OSError: it cannot be opened, or is not a regular file.
-    """
+    """Open a regular file for reading, without blocking."""
     try:
-        file = open(path, "rb", opener=_opened)  # noqa: SIM115  handed over; a path's own takes no opener
-    except ValueError as error:  # no path has a null byte
+        file = open(path, "rb", opener=_opened)  # noqa: SIM115  the caller closes it; Path.open takes no opener
+    except ValueError as error:  # a null byte
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path)) from error
     try:
         _check(path, os.fstat(file.fileno()).st_mode)
@@ -39,12 +35,9 @@ def _opened(path: str, flags: int) -> int:
 
 
 def check_regular(path: Path) -> None:
-    """Check that a library, which opens the path itself, will find a regular file.
+    """Check that a path, which a library will open, is a regular file.
 
-    It is not opened here: to close a database's file would release the locks of those who use it.
-
-    Raises:
-        OSError: it will not.
+    It is not opened here: closing a database's file would release the locks of its users.
     """
     _check(path, path.stat().st_mode)
 
@@ -57,7 +50,7 @@ def _check(path: Path, mode: int) -> None:
 
 
 def read_bytes(path: Path, most: int = TEXT_BYTES) -> bytes:
-    """Return the content of a regular file of at most so many bytes.
+    """Return the content of a regular file of at most `most` bytes.
 
     Raises:
         OSError: it cannot be read, is not a regular file, or is larger.
@@ -65,27 +58,16 @@ def read_bytes(path: Path, most: int = TEXT_BYTES) -> bytes:
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size > most:
-            raise OSError(
-                errno.EFBIG, f"it is larger than {most} bytes, which none of its kind is", str(path)
-            )
+            raise OSError(errno.EFBIG, f"it is larger than {most} bytes, the limit of its kind", str(path))
         return file.read(size)
 
 
 def read_text(path: Path, most: int = TEXT_BYTES) -> str:
-    """Return the text in a regular file of at most so many bytes.
-
-    Raises:
-        OSError: as `read_bytes`.
-        UnicodeDecodeError: it is not encoded in UTF-8.
-    """
+    """Return the text in a regular file of at most `most` bytes, in UTF-8."""
     return read_bytes(path, most).decode("utf-8")
 
 
 def file_digest(path: Path) -> str:
-    """Return the SHA-256 of a regular file, in hexadecimal.
-
-    Raises:
-        OSError: it cannot be read, or is not a regular file.
-    """
+    """Return the SHA-256 of a regular file, in hexadecimal."""
     with open_regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

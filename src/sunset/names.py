@@ -20,7 +20,7 @@ def base_name(name: str) -> str:
 
 
 def ros_text(value: object) -> str:
-    """Return a value as ROS and YAML write it: truth values in small letters.
+    """Return a value as ROS and YAML write it, with truth values in lower case.
 
     >>> ros_text(True), ros_text(0.5), ros_text("rgb_camera")
     ('true', '0.5', 'rgb_camera')

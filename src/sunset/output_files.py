@@ -1,4 +1,4 @@
-"""Writing files so that a reader never sees half of one."""
+"""Writing files and folders completely or not at all."""
 
 import errno
 import hashlib
@@ -22,11 +22,7 @@ def folder_name(text: str) -> str:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and its parents; it may exist.
-
-    Raises:
-        OutputError: it cannot be made.
-    """
+    """Make a folder and its parents; it may exist."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -35,19 +31,19 @@ def make_folder(folder: Path) -> None:
         ) from error
 
 
-def unwritable(what: str, error: OSError) -> OutputError:
-    """Return an error that says why something cannot be written, and the remedy for that.
+def unwritable(label: str, error: OSError) -> OutputError:
+    """Return an error with the reason why something cannot be written, and the remedy.
 
     >>> unwritable("The page", OSError(errno.ENOSPC, "No space left on device")).args[0]
     'The page cannot be written: No space left on device; free some space or name another place.'
     """
     is_full = error.errno in {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
     remedy = f"{'free some space or ' if is_full else ''}name another place"
-    return OutputError(f"{what} cannot be written: {error.strerror or error}; {remedy}.")
+    return OutputError(f"{label} cannot be written: {error.strerror or error}; {remedy}.")
 
 
 def flush(path: Path) -> None:
-    """Let a file, or all files in a folder, reach the disk, so that what is renamed then is whole after a power cut."""
+    """Write a file, or all files in a folder, to the disk, so that they are complete after a power cut."""
     for file in path.rglob("*") if path.is_dir() else [path]:
         if file.is_file():
             with file.open("rb") as opened:
@@ -55,37 +51,34 @@ def flush(path: Path) -> None:
 
 
 @contextmanager
-def draft_of(file: Path, what: str = "file") -> Iterator[Path]:
-    """Give a temporary name, under which a file is to be written, and rename it at the end, if nothing is raised.
+def draft_of(file: Path, kind: str = "file") -> Iterator[Path]:
+    """Give a temporary path for writing a file, and rename it at the end, unless an exception is raised.
 
     Args:
-        file: is replaced; its folder must be there.
-        what: it is.
-
-    Raises:
-        OutputError: it cannot be written.
+        file: the file, which is replaced; its folder must exist.
+        kind: its kind, for messages.
     """
     if not file.name:
-        raise OutputError(f"A {what} to write to must have a name, got {file}.")
+        raise OutputError(f"A {kind} to write to must have a name, got {file}.")
     draft = file.with_name(f".{file.name}.{os.getpid()}.part")
     try:
         yield draft
         flush(draft)
         draft.replace(file)
     except OSError as error:
-        raise unwritable(f"The {what} {file}", error) from error
+        raise unwritable(f"The {kind} {file}", error) from error
     finally:
         with suppress(OSError):
             draft.unlink()
 
 
 @contextmanager
-def draft_of_folder(folder: Path, what: str = "folder") -> Iterator[Path]:
-    """Give a folder that is there for the time being, and rename it at the end, if nothing is raised.
+def draft_of_folder(folder: Path, kind: str = "folder") -> Iterator[Path]:
+    """Give a temporary folder, and rename it at the end, unless an exception is raised.
 
     Args:
         folder: must not exist, or be empty.
-        what: it is.
+        kind: its kind, for messages.
 
     Raises:
         OutputError: it exists and is not empty, or cannot be written.
@@ -93,7 +86,7 @@ def draft_of_folder(folder: Path, what: str = "folder") -> Iterator[Path]:
     place = folder.absolute()
     try:
         if place.exists() and (not place.is_dir() or any(place.iterdir())):
-            raise OutputError(f"The {what} {folder} exists already; remove it or name another folder.")
+            raise OutputError(f"The {kind} {folder} exists already; remove it or name another folder.")
         draft = place.with_name(f".{place.name}.{os.getpid()}.part")
         draft.mkdir(parents=True)
         try:
@@ -102,10 +95,10 @@ def draft_of_folder(folder: Path, what: str = "folder") -> Iterator[Path]:
         finally:
             shutil.rmtree(draft, ignore_errors=True)
     except OSError as error:
-        raise unwritable(f"The {what} {folder}", error) from error
+        raise unwritable(f"The {kind} {folder}", error) from error
 
 
-def write_text(file: Path, text: str, what: str = "file") -> None:
-    """Write a text file, all of it or nothing; as `draft_of`."""
-    with draft_of(file, what) as draft:
+def write_text(file: Path, text: str, kind: str = "file") -> None:
+    """Write a text file, as `draft_of`."""
+    with draft_of(file, kind) as draft:
         draft.write_text(text, encoding="utf-8")

@@ -1,8 +1,8 @@
-"""Values that must fit a class: files of JSON, and what is passed from Python. One sentence for what does not fit.
+"""Validation of JSON files and of values from Python, with a sentence for each mismatch.
 
-A schema is a dataclass or a `msgspec.Struct`. Ranges stand in its annotations, as in
-`Annotated[int, Meta(ge=1, le=4096)]`; what ranges cannot say is said in words, as in `Meta(description=...)`. Where a
-field's name is not what messages should call it, `Meta(title=...)` says that.
+A schema is a dataclass or a `msgspec.Struct`. Its annotations have ranges, as in `Annotated[int, Meta(ge=1, le=4096)]`;
+descriptions for messages where ranges do not suffice, as in `Meta(description=...)`; and other names of fields for
+messages, as in `Meta(title=...)`.
 """
 
 import json
@@ -14,7 +14,7 @@ from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Final, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import msgspec
-from msgspec.inspect import DataclassType, Field, StructType, type_info
+from msgspec.inspect import DataclassType, StructType, type_info
 
 from sunset.errors import InvalidInputError, SunsetError
 from sunset.input_files import read_text
@@ -32,32 +32,34 @@ _PLAIN: Final = {
     tuple: "a list",
     Path: "a path",
 }
-"""How a type is called in a sentence; every other one is an object."""
+"""Types in words; all others are objects."""
 _MISSING: Final = object()
 
 
-def read_json(file: Path, what: str, error: type[InvalidInputError], *, missing: str = "") -> object:
+def read_json(file: Path, label: str, error: type[InvalidInputError], *, missing: str = "") -> object:
     """Return the content of a JSON file, with every text in it made printable.
 
     Args:
-        file: it is read from.
-        what: it is called in messages: `The file`, `The model card`.
-        error: is raised.
-        missing: the sentence where there is no such file.
+        file: the file.
+        label: its kind in messages, such as `The model card`.
+        error: the class of the exception.
+        missing: the sentence for a missing file.
 
     Raises:
         InvalidInputError: of the class `error`: the file is missing, cannot be read, or is not JSON, as NaN is not.
     """
     try:
         content = json.loads(read_text(file))
-        json.dumps(content, ensure_ascii=False, allow_nan=False).encode()  # as it could be written again
+        json.dumps(
+            content, ensure_ascii=False, allow_nan=False
+        ).encode()  # raises for NaN and lone surrogates
         return printable_json(content)
     except FileNotFoundError as cause:
-        raise error(missing or f"{what} {file} is missing.") from cause
+        raise error(missing or f"{label} {file} is missing.") from cause
     except OSError as cause:
-        raise error(f"{what} {file} cannot be read: {cause.strerror}.") from cause
+        raise error(f"{label} {file} cannot be read: {cause.strerror}.") from cause
     except (RecursionError, ValueError) as cause:
-        raise error(f"{what} {file} is damaged and cannot be read as JSON: {cause}.") from cause
+        raise error(f"{label} {file} is damaged and cannot be read as JSON: {cause}.") from cause
 
 
 def convert(
@@ -69,18 +71,18 @@ def convert(
     remedy: str,
     path: tuple[str, ...] = (),
 ) -> _T:
-    """Return the content of a JSON file as a value of its schema; keys that the schema lacks are ignored.
+    """Return the content of a JSON file as a value of its schema; unknown keys are ignored.
 
     Args:
-        content: what `read_json` returned, or a part of it.
+        content: a result of `read_json`, or a part of it.
         kind: the schema.
-        where: the content comes from, in messages.
-        error: is raised.
+        where: the file in messages.
+        error: the class of the exception.
         remedy: the end of the sentence.
-        path: the keys that lead to the part of the file that the content is.
+        path: the keys that lead to this part of the file.
 
     Raises:
-        InvalidInputError: of the class `error`, with one sentence: where, which key, expected, got, remedy.
+        InvalidInputError: of the class `error`, with a sentence: file, key, expected and actual value, remedy.
     """
     try:
         return msgspec.convert(content, kind)
@@ -92,24 +94,21 @@ def convert(
 
 
 def check_fields(instance: object, error: type[SunsetError] = InvalidInputError) -> None:
-    """Check that the fields of a dataclass have the types and ranges that its annotations give.
-
-    Raises:
-        SunsetError: of the class `error`: one has not; the sentence says which, what was expected and what it got.
-    """
+    """Check that the fields of a dataclass have the types and ranges of its annotations."""
     schema: type = type(instance)
     for name, kind in fields_of(schema).items():
         value = getattr(instance, name)
         if not _fits(value, kind):
-            raise error(f"The {_title(kind) or name} must be {_described(kind)}, got {shown(value)}.")
+            expected = _described(kind).removesuffix(" or null")
+            raise error(f"The {_title(kind) or name} must be {expected}, got {shown(value)}.")
 
 
 def document_text(document: object) -> str:
     """Return a value of a schema as JSON with sorted keys: the same value gives the same text.
 
     Raises:
-        ValueError: a number in it is one that JSON does not know, such as NaN.
-        TypeError: another value is.
+        ValueError: JSON cannot represent a number in it, such as NaN.
+        TypeError: JSON cannot represent another value in it.
     """
     plain = msgspec.to_builtins(document, str_keys=True)
     return json.dumps(plain, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
@@ -122,7 +121,7 @@ def fields_of(kind: type) -> Mapping[str, type]:
 
 
 def _misfit(value: object, kind: object, path: tuple[str, ...]) -> tuple[tuple[str, ...], object, object]:
-    """Return the keys that lead to the innermost part that does not fit, that part, and its type."""
+    """Return the keys that lead to the innermost part that does not fit, the part, and its type."""
     for key, part, inner in _parts(value, kind):
         if part is _MISSING or not _fits(part, inner):
             return _misfit(part, inner, (*path, key))
@@ -130,7 +129,7 @@ def _misfit(value: object, kind: object, path: tuple[str, ...]) -> tuple[tuple[s
 
 
 def _parts(value: object, kind: object) -> Iterator[tuple[str, object, object]]:
-    """Yield the keys, values and types that a value of this type consists of; optional ones only if they are there."""
+    """Yield keys, values and types of the parts of a value of this type; absent optional parts are left out."""
     if get_origin(kind) is Annotated:
         kind = get_args(kind)[0]
     origin, arguments = get_origin(kind), get_args(kind)
@@ -142,16 +141,10 @@ def _parts(value: object, kind: object) -> Iterator[tuple[str, object, object]]:
         for place, part in enumerate(value):
             yield str(place), part, arguments[0]
     elif isinstance(value, dict) and isinstance(kind, type):
-        types = fields_of(kind)
-        for field in _fields(kind):
+        types, info = fields_of(kind), type_info(kind)
+        for field in info.fields if isinstance(info, StructType | DataclassType) else ():
             if field.required or field.name in value:
                 yield field.name, value.get(field.name, _MISSING), types[field.name]
-
-
-def _fields(kind: type) -> tuple[Field, ...]:
-    """Return the fields of a schema; of another type, nothing."""
-    info = type_info(kind)
-    return info.fields if isinstance(info, StructType | DataclassType) else ()
 
 
 def _fits(value: object, kind: object) -> bool:
@@ -159,33 +152,38 @@ def _fits(value: object, kind: object) -> bool:
         msgspec.convert(value, kind)
     except msgspec.ValidationError:
         return False
-    except TypeError:  # the type is not one of data, such as a class or a function
+    except TypeError:  # msgspec does not know the type, such as a class or a function
         return True
     return True
 
 
 def _described(kind: object) -> str:
-    """Return what a value of a type is, in words.
+    """Return a type in words.
 
     >>> _described(Annotated[float, msgspec.Meta(ge=0, le=1)] | None)
     'a number from 0 to 1 or null'
     """
     origin, arguments = get_origin(kind), get_args(kind)
-    if origin is Annotated:
-        base, *remarks = arguments
-        (limits,) = (remark for remark in remarks if isinstance(remark, msgspec.Meta))
-        return limits.description or f"{_described(base)}{_range(limits)}"
+    if limits := _meta(kind):
+        return limits.description or f"{_described(arguments[0])}{_range(limits)}"
     if origin in (Union, UnionType):
-        return " or ".join(_described(one) for one in arguments if one is not msgspec.UnsetType)
+        return " or ".join(_described(part) for part in arguments if part is not msgspec.UnsetType)
     if origin is Literal:
-        return " or ".join(repr(one) for one in arguments)
+        return " or ".join(map(repr, arguments))
     return next((words for known, words in _PLAIN.items() if known in (origin, kind)), "an object")
 
 
 def _title(kind: object) -> str:
-    """Return what messages call a field of this type; empty if that is its name."""
+    """Return the name in messages of a field of this type; empty for the field's own name."""
+    if get_origin(kind) in (Union, UnionType):
+        return next(filter(None, map(_title, get_args(kind))), "")
+    limits = _meta(kind)
+    return (limits and limits.title) or ""
+
+
+def _meta(kind: object) -> msgspec.Meta | None:
     remarks = get_args(kind)[1:] if get_origin(kind) is Annotated else ()
-    return next((remark.title for remark in remarks if isinstance(remark, msgspec.Meta) and remark.title), "")
+    return next((remark for remark in remarks if isinstance(remark, msgspec.Meta)), None)
 
 
 def _range(limits: msgspec.Meta) -> str:

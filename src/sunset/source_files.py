@@ -1,7 +1,7 @@
-"""The door for Python files: what runs is what stood in a user's file, and the version of this package's own.
+"""Importing users' Python files without bytecode, and checksums of source files.
 
-Python takes bytecode for that of a file if the file's size and its time of change, in whole seconds, are those that
-stand in it. A file that is edited within a second may have both.
+Python accepts a file's bytecode if size and modification time, in whole seconds, match. Both may match after an edit
+within a second.
 """
 
 import ast
@@ -19,24 +19,24 @@ from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Final
 
-from sunset import __version__
+import sunset
 from sunset.texts import line_text
 
-_PACKAGE: Final = Path(__file__).parent
+_PACKAGE: Final = Path(sunset.__file__).parent
 
 _folders: set[Path] = set()
-"""Whose modules are imported without bytecode."""
-_known: dict[str, frozenset[Path]] = {}
-"""Folders that cannot be listed, and the files below them that can be imported."""
+"""Folders whose modules are imported without bytecode."""
+_known: set[Path] = set()
+"""Importable files in folders that cannot be listed."""
 _compiled: dict[Path, str] = {}
-"""The SHA-256 of what was compiled, by the file that it stood in."""
-
+"""File → the SHA-256 of its text when it was compiled."""
 
 LIBRARIES: Final = frozenset({"site-packages", "dist-packages"})
 """The names of folders of installed packages."""
 
 _OWN: Final = (".py", ".yaml")
 """Endings of this package's own files that decide results; models and flights have checksums of their own."""
+_MODULES: Final = (*EXTENSION_SUFFIXES, *SOURCE_SUFFIXES)
 
 
 @cache
@@ -45,20 +45,20 @@ def package_version() -> str:
 
     Edited files make another version, since results may differ.
     """
-    root, digest = os.path.dirname(__file__), hashlib.sha256()  # noqa: PTH120  a Path a file takes as long as reading it
+    root, digest = str(_PACKAGE), hashlib.sha256()
     for folder, folders, files in os.walk(root):
         folders[:] = sorted(set(folders) - {"__pycache__"})
         for name in sorted(file for file in files if file.endswith(_OWN)):
             path = f"{folder}/{name}"
-            with open(path, "rb", buffering=0) as file:  # noqa: PTH123  likewise
+            with open(path, "rb", buffering=0) as file:  # noqa: PTH123  making a Path takes as long as reading the file
                 text = file.read()
             digest.update(f"{path.removeprefix(root)} {len(text)}\n".encode())
             digest.update(text)
-    return f"{__version__}+{digest.hexdigest()[:8]}"
+    return f"{sunset.__version__}+{digest.hexdigest()[:8]}"
 
 
 class _Loader(SourceFileLoader):
-    """Compiles what stands in a file now, and writes no bytecode."""
+    """Compiles the current text of a file, and writes no bytecode."""
 
     def get_code(self, fullname: str) -> CodeType:
         path = self.get_filename(fullname)
@@ -69,7 +69,7 @@ class _Loader(SourceFileLoader):
 
 
 class _Finder:
-    """Finds what Python would, and lets what is beside users' files be loaded as they are."""
+    """Finds modules as Python does, and loads those in users' folders without bytecode."""
 
     @staticmethod
     def find_spec(
@@ -84,62 +84,57 @@ class _Finder:
 
 
 def _known_spec(name: str, path: Sequence[str] | None) -> ModuleSpec | None:
-    """Return what Python would find of a module if it could list folders; None if none of them is known to have it."""
+    """Return the spec of a module in the files of `_known`; None if they do not contain it."""
     last = name.rpartition(".")[2]
     for entry in sys.path if path is None else path:
-        for root, files in _known.items():
-            place = Path(entry, last)
-            if not place.is_relative_to(root):
-                continue
-            for suffix in (*EXTENSION_SUFFIXES, *SOURCE_SUFFIXES):
-                package, module = place / f"__init__{suffix}", place.with_name(f"{last}{suffix}")
-                if package in files:
-                    return importlib.util.spec_from_file_location(
-                        name, package, submodule_search_locations=[str(place)]
-                    )
-                if module in files:
-                    return importlib.util.spec_from_file_location(name, module)
-            if any(place in file.parents for file in files):  # a namespace
-                spec = ModuleSpec(name, None, is_package=True)
-                spec.submodule_search_locations = [str(place)]
-                return spec
+        place = Path(entry, last)
+        for suffix in _MODULES:
+            package, module = place / f"__init__{suffix}", place.with_name(f"{last}{suffix}")
+            if package in _known:
+                return importlib.util.spec_from_file_location(
+                    name, package, submodule_search_locations=[str(place)]
+                )
+            if module in _known:
+                return importlib.util.spec_from_file_location(name, module)
+        if any(place in file.parents for file in _known):  # a namespace
+            spec = ModuleSpec(name, None, is_package=True)
+            spec.submodule_search_locations = [str(place)]
+            return spec
     return None
 
 
 def find_modules(folders: Iterable[Path], files: Iterable[Path]) -> None:
-    """Let files below folders that cannot be listed be imported, before modules of the same name elsewhere."""
-    given = frozenset(files)
+    """Make files in folders that cannot be listed importable, before modules of the same name elsewhere."""
+    given = [*files]
     for folder in reversed([*folders]):
-        _known[str(folder)] = frozenset(file for file in given if file.is_relative_to(folder))
+        _known.update(file for file in given if file.is_relative_to(folder))
         import_from(folder)
 
 
 def modules_beside(folder: Path) -> tuple[Path, ...]:
-    """Return the Python files in a folder, and those of the packages in it.
+    """Return the Python files in a folder, and in packages in it.
 
-    A link to what is not such a file is none, nor is what Python cannot be told of, since its name is not UTF-8.
+    Links to other files are left out, and names that are not UTF-8, which Python cannot import.
     """
-    suffixes = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
-    found: list[Path] = []
+    modules: list[Path] = []
     try:
         entries = sorted(folder.iterdir())
-    except OSError:  # it may be closed to the user, too
+    except OSError:  # the user may lack the permission
         return ()
     for entry in entries:
         if any("\udc80" <= letter <= "\udcff" for letter in entry.name):
             continue
-        if entry.name.endswith(suffixes) and entry.is_file():
-            found += [entry] if entry.resolve().name.endswith(suffixes) else []
+        if entry.name.endswith(_MODULES) and entry.is_file():
+            modules += [entry] if entry.resolve().name.endswith(_MODULES) else []
         elif (entry / "__init__.py").is_file():
-            found += modules_beside(entry)
-    return tuple(found)
+            modules += modules_beside(entry)
+    return tuple(modules)
 
 
 def installed_folders() -> tuple[Path, ...]:
-    """Return the folders that hold Python, this package, and packages installed anywhere in `sys.path`.
+    """Return the folders of Python, this package, and packages installed anywhere in `sys.path`.
 
-    A folder of `sys.path` that `has_libraries` is taken to hold no files of the user's own, unless it is the working
-    directory.
+    Files in a folder of `sys.path` that `has_libraries` are not the user's own, except in the working directory.
     """
     prefixes = [sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix, str(_PACKAGE)]
     here = {"", str(Path.cwd())}
@@ -149,17 +144,17 @@ def installed_folders() -> tuple[Path, ...]:
 
 @cache
 def has_libraries(folder: Path) -> bool:
-    """Return whether a folder holds installed packages, by its name or by the metadata of one in it."""
+    """Return whether a folder holds installed packages, by its name or by the metadata of a package in it."""
     return folder.name in LIBRARIES or any(folder.glob("*.dist-info"))
 
 
 def is_installed(path: Path) -> bool:
-    """Return whether a file or folder is in one of `installed_folders`, or holds this package."""
+    """Return whether a path is in one of `installed_folders`, or is the folder with this package."""
     return path == _PACKAGE.parent or any(path.is_relative_to(place) for place in installed_folders())
 
 
 def import_file(path: Path, name: str) -> ModuleType:
-    """Import a Python file, an absolute path, under a name; what it raises is left to be translated."""
+    """Import a Python file, an absolute path, under a name; its exceptions pass."""
     loader = _Loader(name, str(path))
     module = importlib.util.module_from_spec(
         importlib.util.spec_from_file_location(name, path, loader=loader) or ModuleSpec(name, loader)
@@ -174,7 +169,7 @@ def import_file(path: Path, name: str) -> ModuleType:
 
 
 def import_place(error: BaseException) -> str:
-    """Return which line of the file that is imported was the last to run; empty if none was, as of a `SyntaxError`."""
+    """Return the last line of the imported file that ran; empty if no line ran, as after a `SyntaxError`."""
     frames = traceback.extract_tb(error.__traceback__)
     file = next((frame.filename for frame in frames if frame.name == "<module>"), "")
     inner = [frame for frame in frames if frame.filename == file][-1:]
@@ -182,28 +177,28 @@ def import_place(error: BaseException) -> str:
 
 
 def import_from(folder: Path) -> None:
-    """Let modules in a folder be imported before those of the same name elsewhere, as those beside a script."""
+    """Import modules from a folder before namesakes elsewhere, as a script does with its own folder."""
     _folders.add(folder)
     if _Finder not in sys.meta_path:
         sys.meta_path.insert(sys.meta_path.index(PathFinder), _Finder)
     sys.path[:] = [str(folder), *(path for path in sys.path if path != str(folder))]
-    importlib.invalidate_caches()  # a module may be younger than what is known of the folder
+    importlib.invalidate_caches()  # a module may be younger than the cached listing of the folder
 
 
 def compiled_checksum(path: Path) -> str:
-    """Return the SHA-256 of what stood in a file when it was imported here, in hexadecimal; empty if it was not."""
+    """Return the SHA-256 of a file's text when it was imported here, in hexadecimal; empty if it was not."""
     return _compiled.get(path, "")
 
 
 def functions_of(origin: object) -> list[FunctionType]:
-    """Return the functions of a class, those of its properties and decorated ones too; or a function itself."""
-    found: list[object] = []
+    """Return the functions of a class, also of properties and decorated methods; or a function itself."""
+    members: list[object] = []
     for value in vars(origin).values() if isinstance(origin, type) else [origin]:
         if isinstance(value, property):
-            found += [value.fget, value.fset, value.fdel]
+            members += [value.fget, value.fset, value.fdel]
         else:
-            found.append(value.__func__ if isinstance(value, staticmethod | classmethod) else value)
-    return [inspect.unwrap(one) for one in found if isinstance(one, FunctionType)]
+            members.append(value.__func__ if isinstance(value, staticmethod | classmethod) else value)
+    return [inspect.unwrap(member) for member in members if isinstance(member, FunctionType)]
 
 
 def class_texts(origin: object) -> list[bytes]:
@@ -225,10 +220,10 @@ def class_texts(origin: object) -> list[bytes]:
 
 
 def is_edited(path: Path, origin: object = None) -> bool:
-    """Return whether a file has another text than when it was imported, where that can be known.
+    """Return whether a file's text has changed since it was imported, as far as that can be known.
 
-    Of a file that Python itself imported, the functions of `origin`, a class or a function of it, and of its module are
-    compared with what would be compiled now.
+    For a file that Python itself imported, the functions of its module and of `origin`, a class or function in it, are
+    compared with the functions of the current text.
     """
     try:
         text = path.read_bytes()
@@ -236,15 +231,17 @@ def is_edited(path: Path, origin: object = None) -> bool:
             return _compiled[path] != hashlib.sha256(text).hexdigest()
         module = sys.modules.get(getattr(origin, "__module__", ""))
         loader = vars(module).get("__loader__") if module else None
-        if (
-            type(loader) is not SourceFileLoader
-        ):  # another one may compile something else, as that of pytest does
+        if type(loader) is not SourceFileLoader:  # other loaders, such as pytest's, may rewrite the code
             return False
         codes = list(_codes(loader.source_to_code(text, str(path))))
     except (OSError, SyntaxError, ValueError):
         return True
-    functions = [function for one in [origin, *vars(module).values()] for function in functions_of(one)]
-    here = [one.__code__ for one in functions if Path(one.__code__.co_filename).resolve() == path.resolve()]
+    functions = [function for member in [origin, *vars(module).values()] for function in functions_of(member)]
+    here = [
+        function.__code__
+        for function in functions
+        if Path(function.__code__.co_filename).resolve() == path.resolve()
+    ]
     return any(code not in codes for code in here)
 
 

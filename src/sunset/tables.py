@@ -12,8 +12,8 @@ def aligned(rows: Sequence[Sequence[str]], left: Collection[int] = (0,)) -> Iter
     """Yield the lines of a table, each column as wide as its widest cell on a terminal.
 
     Args:
-        rows: of as many cells each, the head first.
-        left: the columns that are aligned to the left; the others are to the right.
+        rows: rows of the same number of cells, the head first.
+        left: the columns that are aligned to the left, instead of the right.
 
     >>> list(aligned([("name", "frames"), ("lite", "7")]))
     ['name  frames', 'lite       7']
@@ -23,7 +23,7 @@ def aligned(rows: Sequence[Sequence[str]], left: Collection[int] = (0,)) -> Iter
 
 
 def table_width(rows: Sequence[Sequence[str]]) -> int:
-    """Return how many columns of a terminal the lines of a table take."""
+    """Return the width of a table's lines, in columns of a terminal."""
     widths = _widths(rows)
     return sum(widths) + _GAP * (len(widths) - 1)
 

@@ -30,11 +30,7 @@ def printable(text: str) -> str:
 
 
 def printable_json(value: object) -> object:
-    """Return a value of JSON with every text in it, names included, made printable.
-
-    Raises:
-        RecursionError: it is nested too deeply.
-    """
+    """Return a value of JSON with every text in it, names included, made printable."""
     match value:
         case str():
             return printable(value)
@@ -77,7 +73,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def tallied(sentences: Iterable[str]) -> list[str]:
-    """Return each of some sentences once, with how often it comes if that is several times.
+    """Return each sentence once, with its count if it is there several times.
 
     >>> tallied(["it failed", "it hung", "it failed"])
     ['it failed (2 times)', 'it hung']
@@ -87,7 +83,7 @@ def tallied(sentences: Iterable[str]) -> list[str]:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return at least one name, as a sentence lists them.
+    """Return names as a sentence lists them.
 
     >>> listed(["F1"]), listed(["F1", "F2", "F3"])
     ('F1', 'F1, F2 and F3')
@@ -122,26 +118,25 @@ def suggestion(name: object, known: Iterable[str], prefix: str = "") -> str:
 
 def described_error(error: BaseException) -> str:
     """Return an exception's class and text without the full stop, such as `KeyError: 'x'`."""
-    return ": ".join(
-        filter(None, (_said(lambda: type(error).__name__) or "an exception", _said(lambda: str(error))))
-    )
+    parts = (_safe_text(lambda: type(error).__name__) or "an exception", _safe_text(lambda: str(error)))
+    return ": ".join(filter(None, parts))
 
 
-def _said(say: Callable[[], str]) -> str:
-    """Return what a user's exception says of itself; empty if that raises."""
+def _safe_text(describe: Callable[[], str]) -> str:
+    """Return a description of a user's exception; empty if its own methods raise."""
     try:
-        return shorten(say().rstrip("."))
-    except BaseException:  # noqa: BLE001  it may be anything
+        return shorten(describe().rstrip("."))
+    except BaseException:  # noqa: BLE001  a user's method may raise anything
         return ""
 
 
 def line_text(file: str | Path, line: int, function: str) -> str:
-    """Return a line of a file to be said behind what happened there, such as ` (mine.py, line 7, in adapt)`."""
+    """Return a line of a file for the end of a sentence, such as ` (mine.py, line 7, in adapt)`."""
     return f" ({Path(file).name}, line {line}, in {function})"
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    r"""Return rows as CSV; a text that a spreadsheet would compute has an apostrophe before it.
+    r"""Return rows as CSV, with an apostrophe before texts that a spreadsheet would compute.
 
     >>> csv_text([["=1+1", "-0.5", None, True]])
     "'=1+1,-0.5,,true\n"
@@ -154,8 +149,8 @@ def csv_text(rows: Iterable[Iterable[object]]) -> str:
 def _inert(cell: object) -> object:
     if isinstance(cell, bool):
         return str(cell).lower()
-    computed = isinstance(cell, str) and cell.startswith(tuple("=@+-\t\r")) and not _is_number(cell)
-    return f"'{cell}" if computed else cell
+    is_formula = isinstance(cell, str) and cell.startswith(tuple("=@+-\t\r")) and not _is_number(cell)
+    return f"'{cell}" if is_formula else cell
 
 
 def _is_number(text: str) -> bool:

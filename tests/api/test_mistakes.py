@@ -257,9 +257,9 @@ OTHERS: dict[str, tuple[Mistake, str]] = {
     "scenarios of an empty suite": (lambda _: api.list_scenarios(""), "There is no suite ''"),
     "scenario as number": (lambda _: api.load_scenario(3), "A scenario must be a name"),
     "scenario of a name": (lambda _: Scenario("x", "gpu_failure"), "sunset.make_scenario"),  # type: ignore[arg-type]
-    "scenario whose name is a number": (lambda _: api.make_scenario(name=3), "needs a name"),
-    "fault without a name": (lambda _: ScenarioFault(None), "must be a name and a strength, got None"),  # type: ignore[arg-type]
-    "strength as list": (lambda _: ScenarioFault("image_shift", [1]), "must be a name and a strength"),  # type: ignore[arg-type]
+    "scenario whose name is a number": (lambda _: api.make_scenario(name=3), "name must be a text, got 3"),
+    "fault without a name": (lambda _: ScenarioFault(None), "name must be a text, got None"),  # type: ignore[arg-type]
+    "strength as list": (lambda _: ScenarioFault("image_shift", [1]), "value must be true or false"),  # type: ignore[arg-type]
     "model as number": (lambda _: api.load_model(3), "A model must be a name or a folder, got 3"),
     "curves of a number": (lambda _: api.measure_curves(3), "A model must be a name or a folder, got 3"),
     "curves of no groups": (

@@ -1,5 +1,6 @@
 """What became of faults, worked out by hand: cured, masked or missed; and needless adaptations."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,8 +15,17 @@ from sunset.metrics import (
     Timeline,
     score,
 )
-from sunset.system import STATE, Adaptation, AdaptationKind, Extension, Fault, FaultKind
-from sunset.system.current import _process
+from sunset.system import (
+    STATE,
+    Adaptation,
+    AdaptationKind,
+    Extension,
+    Fault,
+    FaultKind,
+    System,
+    current_system,
+)
+from sunset.system.current import using_system
 
 FUSION = "/managed_subsystem/sensor_fusion"
 DECLARED = (
@@ -346,10 +356,10 @@ _FOG = Fault(
 
 
 @pytest.fixture
-def foggy(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let this process's system have a fault whose cure is of two steps."""
-    system = _process.system
-    monkeypatch.setattr(_process, "system", type(system)(*system.parts, Extension(faults=(_FOG,))))
+def foggy() -> Iterator[None]:
+    """Let the system have a fault whose cure is of two steps."""
+    with using_system(System(*current_system().parts, Extension(faults=(_FOG,))), {}):
+        yield
 
 
 @pytest.mark.usefixtures("foggy")

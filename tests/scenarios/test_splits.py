@@ -164,22 +164,22 @@ def test_what_was_changed_is_found(tmp_path: Path) -> None:
     sunset.generate_split("test", 3, sealed, salt_file=salt)
     sunset.generate_split("train", 3, plain)
     for folder, file, sentence in (
-        (sealed, None, "made with a salt of the SHA-256 .*, got none: name its file"),
-        (sealed, other, "made with a salt of the SHA-256 .*, got one of .*: name its file"),
-        (plain, salt, "made with no salt, got one of .*: leave --salt-file out"),
+        (sealed, None, "made with a salt of the SHA-256 .*, got no salt: name its file"),
+        (sealed, other, "made with a salt of the SHA-256 .*, got a salt of .*: name its file"),
+        (plain, salt, "made with no salt, got a salt of .*: leave --salt-file out"),
     ):
         with pytest.raises(InvalidInputError, match=sentence):
             sunset.check_split(folder, salt_file=file)
 
     text = (plain / "split.json").read_text()
     for old, new, sentence in (
-        ('"seed": 0', '"seed": 1', r"not those that its split.json makes: train-0001.yaml differs"),
+        ('"seed": 0', '"seed": 1', r"does not have the scenarios that its split.json makes"),
         ('"count": 3', '"count": 0', "number of scenarios must be a whole number from 1 to 9999, got 0"),
         ('"split": "train"', '"split": "exam"', "There is no split 'exam'"),
         ('"rule": 1', '"rule": 9', "drawn by rule 9, and this version draws by rule 1"),
         ('"extensions": {}', '"extensions": {"a.py": "00"}', r"made with other extensions \(a.py\)"),
         ('"sha256": "', '"sha256": "0', "are not those of its split.json"),
-        ('"count": 3', '"count": "3"', "must be a whole number, got '3'; generate the split anew"),
+        ('"count": 3', '"count": "3"', "must be a whole number, got '3'; generate the split again"),
         ("{", "", "is damaged and cannot be read as JSON"),
     ):
         (plain / "split.json").write_text(text.replace(old, new, 1))
@@ -190,7 +190,7 @@ def test_what_was_changed_is_found(tmp_path: Path) -> None:
 
     (plain / "mine.yaml").write_text("name: mine\nfaults: []\n")
     with pytest.raises(
-        ScenarioError, match=r"are not those of its split\.json: generate the split anew, or remove"
+        ScenarioError, match=r"are not those of its split\.json: generate the split again, or remove"
     ):
         load_suite(plain)
     (plain / "split.json").unlink()
@@ -241,7 +241,7 @@ def test_what_makes_no_split_gets_one_sentence(
     monkeypatch.chdir(tmp_path)
     Path("short").write_text("secret\n")
     assert main(["scenarios", "generate", *words]) == 2
-    told = capsys.readouterr().err
-    assert sentence in told
-    assert len(told.splitlines()) == 1
+    printed = capsys.readouterr().err
+    assert sentence in printed
+    assert len(printed.splitlines()) == 1
     assert [file.name for file in tmp_path.iterdir()] == ["short"]

@@ -25,6 +25,7 @@ from sunset.system import (
     Value,
     current_system,
     full_name,
+    get_fault,
 )
 from sunset.viewing.collecting import run_view
 
@@ -87,7 +88,7 @@ def test_score_world_and_page_agree_on_whether_a_cure_is_in_place(changes: list[
 
 
 def test_the_cure_of_one_configuration_fault_leaves_another_one_in_the_world() -> None:
-    wiring = current_system().fault("unneeded_enhancement")
+    wiring = get_fault("unneeded_enhancement")
     only_colour = Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "modality", 1)
     mode = Fault(
         name="wrong_mode",

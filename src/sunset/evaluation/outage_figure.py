@@ -10,7 +10,7 @@ import numpy as np
 from sunset.figures import BLUE, ORANGE, check_figure, drawing, save_figure
 from sunset.metrics import ExecutedAdaptation, Timeline
 from sunset.names import base_name
-from sunset.system import current_system, full_name
+from sunset.system import full_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,13 +23,19 @@ _LINE: Final = 0.28
 
 
 def outage_figure(
-    timeline: Timeline, executed: Sequence[ExecutedAdaptation], path: Path, *, title: str = ""
+    timeline: Timeline,
+    executed: Sequence[ExecutedAdaptation],
+    topics: Sequence[str],
+    path: Path,
+    *,
+    title: str = "",
 ) -> None:
-    """Draw each message on the topics whose silence is a failure, and the adaptations, from 1 s before the injection.
+    """Draw each message on topics whose silence is a failure, and the adaptations, from 1 s before the injection.
 
     Args:
         timeline: of a run.
         executed: its adaptations.
+        topics: the topics, from above.
         path: a `.pdf`, `.png` or `.svg`, which is replaced; its folder is made.
         title: above the figure.
 
@@ -42,14 +48,15 @@ def outage_figure(
     with drawing({"font.size": 8}) as new_figure:
         figure = new_figure(figsize=(7.2, 2.5), dpi=140, layout="constrained")
         axes = figure.subplots()
-        _fill(axes, timeline, executed)
+        _fill(axes, timeline, executed, topics)
         figure.suptitle(title, fontsize=8, x=0.01, ha="left")
     with drawing():
         save_figure(figure, path)
 
 
-def _fill(axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptation]) -> None:
-    topics = [failure.topic for failure in current_system().failures.values() if failure.topic]
+def _fill(
+    axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptation], topics: Sequence[str]
+) -> None:
     for row, topic in enumerate(topics):
         sent = timeline.message_times.get(full_name(topic), np.empty(0))
         axes.eventplot(

@@ -1,10 +1,19 @@
-"""Scenarios: which faults a run injects, and the suites."""
+"""Scenarios: the faults that a run injects, and the suites."""
 
 from sunset.scenarios.courses import onsets, problems
-from sunset.scenarios.loading import generate, load_scenario, load_suite, split_hash
+from sunset.scenarios.fault import After, Profile, ScenarioFault
+from sunset.scenarios.loading import (
+    generate,
+    load_scenario,
+    load_suite,
+    scenario_names,
+    split_hash,
+    suite,
+    suite_names,
+    suite_of,
+)
 from sunset.scenarios.reading import parse_scenario
-from sunset.scenarios.schema import Scenario, ScenarioFault
-from sunset.scenarios.severity import with_strengths
+from sunset.scenarios.schema import Scenario, with_strengths
 from sunset.scenarios.split_files import (
     SPLIT_FILE,
     SplitDescription,
@@ -15,8 +24,6 @@ from sunset.scenarios.split_files import (
     write_split,
 )
 from sunset.scenarios.splits import SPLITS, SplitSpec, draw_split
-from sunset.scenarios.suites import scenario_names, suite, suite_names, suite_of
-from sunset.scenarios.timing import After, Profile
 
 __all__ = [
     "SPLITS",

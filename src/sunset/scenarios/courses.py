@@ -1,4 +1,4 @@
-"""When the faults of a scenario come and heal if they are not cured, and why that cannot be."""
+"""When the faults of a scenario come and heal if they are not cured, and why they cannot."""
 
 from collections.abc import Iterator, Sequence
 from itertools import combinations
@@ -9,31 +9,31 @@ from sunset.scenarios.fault import ScenarioFault
 from sunset.system import excluding_pairs
 
 _MOST: Final = 1000
-"""Faults of a scenario: each is compared with each other one."""
+"""Faults of a scenario: each is compared with every other."""
 
 
 def onsets(faults: Sequence[ScenarioFault]) -> tuple[float, ...]:
-    """Return when each fault of a scenario comes if none is cured [s], those that follow another one included."""
+    """Return when each fault of a scenario comes if none is cured [s], also if it follows another fault."""
     return tuple(_onset(fault, faults) for fault in faults)
 
 
 def _onset(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> float:
     if fault.after is None:
         return fault.at
-    return _onset(_cause(fault, faults), faults) + fault.after.delay
+    return _onset(_causes(fault, faults)[0], faults) + fault.after.delay
 
 
-def _cause(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> ScenarioFault:
-    """Return which fault another one follows."""
-    return next(one for one in faults if fault.after is not None and one.name == fault.after.fault)
+def _causes(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> list[ScenarioFault]:
+    """Return the faults with the name that a fault follows; none if it comes at a time of its own."""
+    return [cause for cause in faults if fault.after and cause.name == fault.after.fault]
 
 
 def problems(faults: Sequence[ScenarioFault], duration_s: float) -> Iterator[tuple[int, str]]:
     """Yield why faults cannot make a scenario: the position of the fault in question, and a sentence.
 
     Args:
-        faults: of the scenario.
-        duration_s: how long the scenario is [s].
+        faults: the faults of the scenario.
+        duration_s: the length of the scenario [s].
     """
     if len(faults) > _MOST:
         yield _MOST, f"A scenario has at most {_MOST} faults, got {len(faults)}: leave some out."
@@ -52,21 +52,18 @@ def problems(faults: Sequence[ScenarioFault], duration_s: float) -> Iterator[tup
 
 
 def _link_problem(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> str:
-    """Return why a fault cannot follow the one that it follows; nothing if it can."""
+    """Return why a fault cannot follow the fault of its `after`; nothing if it can."""
     if fault.after is None:
         return ""
-    count = sum(one.name == fault.after.fault for one in faults)
-    if count != 1:
-        there = "is there more than once" if count else "is not in the scenario"
+    causes = _causes(fault, faults)
+    if len(causes) != 1:
+        there = "is there more than once" if causes else "is not in the scenario"
         return f"The fault {fault.name} comes after {fault.after.fault}, which {there}: name one that is there once."
     names = [fault.name]
-    link = _cause(fault, faults)
-    while link.after is not None and link.name not in names:
-        names.append(link.name)
-        if link.after.fault not in {one.name for one in faults}:
-            break
-        link = _cause(link, faults)
-    if link.name != fault.name:
+    while causes and causes[0].name not in names:
+        names.append(causes[0].name)
+        causes = _causes(causes[0], faults)
+    if not causes or causes[0].name != fault.name:
         return ""
     way = f", by way of {' and '.join(names[1:])}" if names[1:] else ""
     return f"The fault {fault.name} comes after itself{way}: one fault must come at a time of its own (at)."
@@ -75,7 +72,7 @@ def _link_problem(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> str:
 def _time_problem(
     fault: ScenarioFault, onset: float, faults: Sequence[ScenarioFault], duration_s: float
 ) -> str:
-    """Return why a fault cannot come or end when it does; nothing if it can."""
+    """Return why a fault cannot come or end at its time; nothing if it can."""
     if onset >= duration_s:
         return (
             f"The fault {fault.name} comes at {onset:g} s, and the run ends at {duration_s:g} s: let it come earlier, "
@@ -83,38 +80,35 @@ def _time_problem(
         )
     if fault.until is not None and fault.until <= onset:
         return f"The fault {fault.name} ends (until) at {fault.until:g} s and comes at {onset:g} s: let it end later."
-    if fault.after is None:
-        return ""
-    cause = _cause(fault, faults)
-    if cause.until is not None and cause.until <= onset:
-        return (
-            f"The fault {fault.name} never comes: {cause.name}, which it follows after {fault.after.delay:g} s, heals "
-            f"at {cause.until:g} s already."
-        )
+    for cause in _causes(fault, faults):
+        if cause.until is not None and cause.until <= onset:
+            return (
+                f"The fault {fault.name} never comes: {cause.name}, which it follows after "
+                f"{onset - _onset(cause, faults):g} s, heals at {cause.until:g} s already."
+            )
     return ""
 
 
 def _conflicts(faults: Sequence[ScenarioFault], begun: Sequence[float]) -> Iterator[tuple[int, str]]:
-    """Yield which faults are there at a time and cannot be."""
+    """Yield faults that overlap themselves, or a fault that they exclude."""
     spans = [
         (onset, inf if fault.until is None else fault.until)
         for fault, onset in zip(faults, begun, strict=True)
     ]
-    for one, other in combinations(range(len(faults)), 2):
-        first, second = sorted((spans[one], spans[other]))
-        names = {faults[one].name, faults[other].name}
-        are_same = faults[one].name == faults[other].name
+    excluding = {frozenset(pair): " and ".join(pair) for pair in excluding_pairs()}
+    for place, other in combinations(range(len(faults)), 2):
+        first, second = sorted((spans[place], spans[other]))
+        name, are_same = faults[place].name, faults[place].name == faults[other].name
+        pair = excluding.get(frozenset({name, faults[other].name}))
         if second[0] > first[1] or (second[0] == first[1] and not are_same):
             continue
-        pairs = [pair for pair in excluding_pairs() if set(pair) == names]
         if are_same and first == second:
-            yield other, f"The scenario has the fault {faults[one].name} twice; name each once."
+            yield other, f"The scenario has the fault {name} twice; name each once."
         elif are_same:
             until = "on" if first[1] == inf else f"to {first[1]:g} s"
             yield (
                 other,
-                f"The fault {faults[one].name} comes at {second[0]:g} s, and is there from {first[0]:g} s {until}.",
+                f"The fault {name} comes at {second[0]:g} s, and is there from {first[0]:g} s {until}.",
             )
-        elif pairs:
-            both = " and ".join(pairs[0])
-            yield other, f"The scenario has both {both} at a time, of which each cures the other."
+        elif pair:
+            yield other, f"The scenario has both {pair} at a time, of which each cures the other."

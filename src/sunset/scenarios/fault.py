@@ -1,36 +1,127 @@
-"""One fault of a scenario: which, how strong, and when it is there."""
+"""A fault of a scenario, with its strength, its times, and the course of its strength."""
 
-from dataclasses import dataclass, field, replace
-from numbers import Real
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from types import MappingProxyType
+from typing import Annotated, Final, TypeAlias
 
 import yaml
+from msgspec import Meta
 
 from sunset.errors import MALFORMED_YAML, ScenarioError
-from sunset.scenarios._document import is_ambiguous
-from sunset.scenarios.timing import RAMP, STEP, After, Profile, checked_seconds
-from sunset.system import Adaptation, Fault, Value, get_fault
-from sunset.texts import shown
+from sunset.schemas import check_fields
+from sunset.system import PERIOD_S, Adaptation, Fault, Value, get_fault
+from sunset.texts import shown, suggestion
 
-SEVERITIES = range(1, 6)
-"""The least severe is 1."""
+STEP: Final = "step"
+RAMP: Final = "ramp"
+INTERMITTENT: Final = "intermittent"
+
+PROFILES: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {STEP: (), RAMP: ("rise",), INTERMITTENT: ("on", "off")}
+)
+"""Kind of a profile → the times that it needs."""
+
+LONGEST_S: Final = 3600.0
+"""The longest time of a scenario [s]."""
+
+Seconds: TypeAlias = Annotated[float, Meta(ge=PERIOD_S, le=LONGEST_S)]
+"""A time of at least a frame's, since shorter times have no effect."""
+
+
+def to_floats(instance: object, *names: str) -> None:
+    """Make whole numbers of a frozen dataclass floating-point numbers, as files have them."""
+    for name in names:
+        value = getattr(instance, name)
+        object.__setattr__(instance, name, None if value is None else float(value))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Profile:
+    """The course of a fault's strength after its onset.
+
+    Attributes:
+        kind: `step`, full strength at once; `ramp`, growing from nothing; or `intermittent`, coming and going.
+        rise: the time that a ramp grows [s].
+        on: the time that an intermittent fault is there [s].
+        off: the time that it is away after that [s].
+
+    >>> Profile(kind="ramp", rise=5).to_mapping()
+    {'kind': 'ramp', 'rise': 5.0}
+    """
+
+    kind: str = STEP
+    rise: Seconds | None = None
+    on: Seconds | None = None
+    off: Seconds | None = None
+
+    def __post_init__(self) -> None:
+        check_fields(self, ScenarioError)
+        if self.kind not in PROFILES:
+            raise ScenarioError(
+                f"There is no profile {shown(self.kind)}: {suggestion(self.kind, PROFILES)}choose one of "
+                f"{', '.join(PROFILES)}."
+            )
+        given = tuple(name for name in ("rise", "on", "off") if getattr(self, name) is not None)
+        if given != PROFILES[self.kind]:
+            needed = ", ".join(PROFILES[self.kind]) or "no times"
+            raise ScenarioError(
+                f"The profile {self.kind} needs {needed}, got {', '.join(given) or 'none'}: change it, or choose "
+                "another profile."
+            )
+        to_floats(self, "rise", "on", "off")
+
+    def to_mapping(self) -> dict[str, str | float]:
+        """Return it as in a scenario file."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in values.items() if value is not None}
+
+    def __str__(self) -> str:
+        """Return it in words, such as `growing for 5 s`; empty for a step."""
+        words = {
+            STEP: "",
+            RAMP: f"growing for {self.rise} s",
+            INTERMITTENT: f"{self.on} s on and {self.off} s off",
+        }
+        return words[self.kind].replace(".0 s", " s")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class After:
+    """The onset of a fault that follows another fault, unless that is over by then.
+
+    Attributes:
+        fault: the other fault's name.
+        delay: the time between the two onsets [s].
+    """
+
+    fault: str
+    delay: Seconds
+
+    def __post_init__(self) -> None:
+        check_fields(self, ScenarioError)
+        to_floats(self, "delay")
+
+    def to_mapping(self) -> dict[str, str | float]:
+        """Return it as in a scenario file."""
+        return {"fault": self.fault, "delay": self.delay}
 
 
 @dataclass(frozen=True, slots=True)
 class ScenarioFault:
-    """One fault of a scenario, at the strength that it is injected with.
+    """A fault of a scenario, at the strength that it is injected with.
 
     Attributes:
-        name: a fault of the catalogue.
-        value: what its parameter is set to; None for the strength of the paper's suite, and with a severity.
-        at: seconds after the measured time begins at which it comes.
-        until: seconds after the measured time begins at which it heals by itself; None if it stays.
-        profile: how its strength goes on after it has come.
-        after: which other fault brings it; None if it comes by itself.
-        severity: from 1 to 5, in place of a value: what the strength costs, which the model's card knows.
+        name: its name in the catalogue.
+        value: the value of its parameter; None for the strength of the paper's suite, and with a severity.
+        at: its onset, in seconds of the measured time.
+        until: when it heals, in seconds of the measured time; None if it stays.
+        profile: the course of its strength after the onset.
+        after: the fault that it follows; None if it has an onset of its own.
+        severity: from 1 to 5, in place of a value: its cost, from which the model's card derives the strength.
 
     Raises:
-        ScenarioError: there is no such fault, the value is not one of its values, or what is said of its time
-            contradicts itself.
+        ScenarioError: the fault is unknown, or the attributes contradict it or each other.
 
     >>> ScenarioFault("image_shift").value
     10
@@ -38,60 +129,37 @@ class ScenarioFault:
 
     name: str
     value: Value | None = None
-    at: float = field(default=0.0, kw_only=True)
-    until: float | None = field(default=None, kw_only=True)
+    at: Annotated[float, Meta(ge=0, le=LONGEST_S, title="onset (at) of a fault [s]")] = field(
+        default=0.0, kw_only=True
+    )
+    until: Annotated[float, Meta(ge=0, le=LONGEST_S, title="end (until) of a fault [s]")] | None = field(
+        default=None, kw_only=True
+    )
     profile: Profile = field(default_factory=Profile, kw_only=True)
     after: After | None = field(default=None, kw_only=True)
-    severity: int | None = field(default=None, kw_only=True)
+    severity: Annotated[int, Meta(ge=1, le=5, title="severity of a fault")] | None = field(
+        default=None, kw_only=True
+    )
 
     def __post_init__(self) -> None:
-        """Check the values, and put in the suite's strength where none is given."""
-        if not isinstance(self.name, str) or not isinstance(self.value, Real | str | None):
-            raise ScenarioError(
-                f"A fault of a scenario must be a name and a strength, got {shown(self.name)} and {shown(self.value)}."
-            )
+        check_fields(self, ScenarioError)
         fault = get_fault(self.name)
         if self.severity is None:
-            object.__setattr__(
-                self, "value", fault.value if self.value is None else fault.checked(self.value)
-            )
-        else:
-            self._check_severity(fault)
-        self._check_time(fault)
-
-    def _check_severity(self, fault: Fault) -> None:
-        if type(self.severity) is not int or self.severity not in SEVERITIES:
-            raise ScenarioError(
-                f"The severity of the fault {self.name} must be a whole number from {SEVERITIES[0]} to "
-                f"{SEVERITIES[-1]}, got {shown(self.severity)}."
-            )
-        if self.value is not None:
-            raise ScenarioError(
-                f"The fault {self.name} has a severity and a value: give one of them, since either says how strong it "
-                "is."
-            )
-        if fault.limits is None:
+            value = fault.value if self.value is None else fault.checked(self.value)
+            object.__setattr__(self, "value", value)
+        elif self.value is not None:
+            raise ScenarioError(f"The fault {self.name} has a severity and a value: give one of them.")
+        elif fault.limits is None:
             raise ScenarioError(
                 f"The fault {self.name} has no strength, and so no severity: leave the severity out."
             )
-
-    def _check_time(self, fault: Fault) -> None:
-        object.__setattr__(self, "at", checked_seconds(f"The onset (at) of the fault {self.name}", self.at))
-        if self.until is not None:
-            end = checked_seconds(f"The end (until) of the fault {self.name}", self.until)
-            object.__setattr__(self, "until", end)
-        if not isinstance(self.profile, Profile) or not isinstance(self.after, After | None):
-            raise ScenarioError(
-                f"The fault {self.name} must have a Profile and an After or None, got {shown(self.profile)} and "
-                f"{shown(self.after)}."
-            )
         if self.after is not None and self.at:
             raise ScenarioError(
-                f"The fault {self.name} has an onset (at) and comes after {self.after.fault}: give one of them, since "
-                "either says when it comes."
+                f"The fault {self.name} has an onset (at) and comes after {self.after.fault}: give one of them."
             )
         if self.profile.kind == RAMP and fault.limits is None:
             raise ScenarioError(f"The fault {self.name} has no strength that could grow: leave the ramp out.")
+        to_floats(self, "at", "until")
 
     @property
     def fault(self) -> Fault:
@@ -100,7 +168,7 @@ class ScenarioFault:
 
     @property
     def injection(self) -> tuple[Adaptation, ...]:
-        """What is done to the managed system to inject this fault at this strength."""
+        """The adaptations that inject this fault at this strength."""
         fault = self.fault
         return tuple(
             replace(step, value=self.value) if step.parameter == fault.parameter else step
@@ -108,7 +176,7 @@ class ScenarioFault:
         )
 
     def to_mapping(self) -> dict[str, object]:
-        """Return it as a scenario's file has it."""
+        """Return it as in a scenario file."""
         content: dict[str, object] = {"name": self.name}
         if self.severity is None:
             content["value"] = self.value
@@ -126,10 +194,7 @@ class ScenarioFault:
 
 
 def parse_fault(text: str) -> ScenarioFault:
-    """Return the fault that a text names: `name`, or `name=value` with a strength, by YAML's rules.
-
-    Raises:
-        ScenarioError: there is no such fault, or the value is not one of its values.
+    """Parse `name`, or `name=value` with a strength by YAML's rules.
 
     >>> parse_fault("image_shift=20").value
     20
@@ -141,13 +206,8 @@ def parse_fault(text: str) -> ScenarioFault:
 def _value(text: str) -> Value:
     try:
         value = yaml.safe_load(text)
-    except (yaml.YAMLError, *MALFORMED_YAML):
-        return text
-    if is_ambiguous(text, value):
-        return text
-    if isinstance(value, bool | int | float):
-        return value
-    try:
+        if isinstance(value, bool | int | float):
+            return value
         return float(text)  # such as 1e-1, which is a text in YAML 1.1
-    except ValueError:
+    except (yaml.YAMLError, *MALFORMED_YAML):
         return text

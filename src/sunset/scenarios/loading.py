@@ -1,8 +1,10 @@
-"""Where scenarios come from: a suite's name, a YAML file, or faults joined by `+`."""
+"""Scenarios by name, from YAML files, or made of faults joined by `+`; and the suites of the managed system."""
 
 import os
+import re
 import shlex
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -10,12 +12,79 @@ from sunset.errors import ScenarioError
 from sunset.input_files import read_bytes
 from sunset.names import base_name
 from sunset.scenarios.fault import parse_fault
-from sunset.scenarios.reading import parse_scenario
+from sunset.scenarios.reading import parse_scenario, parse_suite
 from sunset.scenarios.schema import Scenario
 from sunset.scenarios.split_files import is_scenario_file, read_split, scenario_files
-from sunset.scenarios.suites import scenario_names, suite, suite_names
-from sunset.system import current_system, find_fault
+from sunset.scenarios.splits import SPLITS, WILD
+from sunset.system import System, all_suites, current_system, find_fault, scenario_name
 from sunset.texts import shown, suggestion
+
+_DRAWN: Final = re.compile(rf"({'|'.join(split for split in SPLITS if split != WILD)})-\d+")
+"""The name of a scenario of a split, except the split with the name of a suite."""
+
+
+def suite_names() -> tuple[str, ...]:
+    """Return the names of all suites.
+
+    >>> suite_names()[:4]
+    ('paper', 'artifact', 'nofault', 'degraded')
+    """
+    return tuple(all_suites())
+
+
+def suite(name: str) -> tuple[Scenario, ...]:
+    """Return the scenarios of a suite, in a fixed order.
+
+    Raises:
+        ScenarioError: the suite is unknown, and the message lists all suites; or its text is not usable.
+
+    >>> len(suite("paper"))
+    54
+    """
+    names = suite_names()
+    if name not in names:
+        raise ScenarioError(
+            f"There is no suite {name!r}: {suggestion(name, names)}name {', '.join(names)} or a folder of "
+            "scenario files. If an extension adds it, pass --extension."
+        )
+    return _suite(current_system(), name)
+
+
+@lru_cache(maxsize=64)
+def _suite(system: System, name: str) -> tuple[Scenario, ...]:
+    scenarios = all_suites()[name]
+    if isinstance(scenarios, str):
+        return parse_suite(scenarios, name)
+    return tuple(_scenario(system, name, faults) for faults in scenarios)
+
+
+def _scenario(system: System, suite_name: str, faults: tuple[str, ...]) -> Scenario:
+    parsed = tuple(map(parse_fault, faults))
+    sentences = " ".join(system.faults[fault.name].description for fault in parsed)
+    return Scenario(scenario_name(suite_name, faults), parsed, sentences or "Nothing goes wrong.")
+
+
+def suite_of(scenario: Scenario) -> str:
+    """Return the suite that contains a scenario, or the split that it is named after; empty if it is in neither.
+
+    >>> suite_of(Scenario("nofault")), suite_of(Scenario("nofault", (parse_fault("gpu_failure"),)))
+    ('nofault', '')
+    >>> suite_of(Scenario("test-0001"))
+    'test'
+    """
+    if drawn := _DRAWN.fullmatch(scenario.name):
+        return drawn[1]
+    name = scenario.name.split("/", 1)[0]
+    if name not in suite_names():
+        return ""
+    same = ((other.name, other.faults) == (scenario.name, scenario.faults) for other in suite(name))
+    return name if any(same) else ""
+
+
+def scenario_names() -> tuple[str, ...]:
+    """Return the names of the scenarios of all suites."""
+    return tuple(scenario.name for name in suite_names() for scenario in suite(name))
+
 
 _MAX_BYTES: Final = 1_000_000
 
@@ -35,92 +104,80 @@ def load_scenario(name: str | Path) -> Scenario:
     """
     if not isinstance(name, str | Path):
         raise ScenarioError(
-            "A scenario must be a name, a file, faults joined by +, or what sunset.load_scenario returned, got "
+            "A scenario must be a name, a file, faults joined by +, or a result of sunset.load_scenario, got "
             f"{shown(name)}."
         )
     text = str(name)
     if (suite_name := text.split("/", 1)[0]) in suite_names():
-        named = next((one for one in suite(suite_name) if one.name == text), None)
-        if named is not None:
-            return named
+        for scenario in suite(suite_name):
+            if scenario.name == text:
+                return scenario
     path = Path(name)
-    if is_scenario_file(path) or os.path.isfile(path):  # noqa: PTH113  Path.is_file raises where a name is too long
+    if is_scenario_file(path) or os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a very long name
         return _from_file(path)
     faults = text.split("+")
     if isinstance(name, str) and any(find_fault(part.split("=", 1)[0]) for part in faults):
         return generate(faults)
-    if text in suite_names():
-        raise ScenarioError(
-            f"{text!r} is a suite: name one of its scenarios ('sunset scenarios list --suite {text}'), or run all "
-            f"of them with 'sunset bench --suite {text}'."
-        )
-    if os.path.isdir(text):  # noqa: PTH112  likewise
-        raise ScenarioError(
-            f"{text!r} is a folder, and so a suite: name one of its files, or run all of its scenarios with "
-            f"'sunset bench --suite {shlex.quote(text)}'."
+    raise _unknown_error(text)
+
+
+def _unknown_error(text: str) -> ScenarioError:
+    is_folder = os.path.isdir(text)  # noqa: PTH112  see load_scenario
+    if is_folder or text in suite_names():
+        return ScenarioError(
+            f"{text!r} {'is a folder, and so a suite' if is_folder else 'is a suite'}: name one of its scenarios, or "
+            f"run all of them with 'sunset bench --suite {shlex.quote(text)}'."
         )
     hint = suggestion(text, [*scenario_names(), *current_system().faults])
-    raise ScenarioError(
+    return ScenarioError(
         f"There is no scenario {text!r}: {hint}name a scenario of the suites {', '.join(suite_names())} "
         "('sunset scenarios list'), a YAML file, or faults joined by +. If an extension adds it, pass --extension."
     )
 
 
 def load_suite(name: str | Path) -> tuple[Scenario, ...]:
-    """Return the scenarios of a suite, by its name; or those of a folder's YAML files, in the files' order.
+    """Return the scenarios of a suite by name, or of a folder of YAML files, in the files' order.
 
     Raises:
-        ScenarioError: there is no such suite or folder, or a file is not usable or not that of the folder's split.
+        ScenarioError: the suite or folder is unknown, or a file is not usable or does not match the folder's split.
     """
     folder = Path(name)
-    if str(name) not in suite_names() and os.path.isfile(folder):  # noqa: PTH113  see load_scenario
+    # an empty name is not the current folder
+    if str(name) in suite_names() or not name or not os.path.exists(folder):  # noqa: PTH110  see load_scenario
+        return suite(str(name))
+    if not folder.is_dir():
         raise ScenarioError(
             f"{str(name)!r} is a file, and a suite is a folder of scenario files: name its folder, or run the scenario "
             f"with 'sunset run {shlex.quote(str(name))}'."
         )
-    # an empty name is not that of the current folder; Path.is_dir raises where a name is too long
-    if str(name) in suite_names() or not name or not os.path.isdir(folder):  # noqa: PTH112  see above
-        return suite(str(name))
     try:
         files = scenario_files(folder)
     except OSError as error:
         raise ScenarioError(f"The suite {folder} cannot be read: {error.strerror}.") from error
     if not files:
         raise ScenarioError(f"The suite {folder} must have scenarios: there is no YAML file in this folder.")
-    read_split(folder)  # a split whose files were changed is not the split any more
-    known: dict[str, Path] = {}
-    scenarios = []
-    for file in files:
-        scenario = _from_file(file)
+    read_split(folder)  # raises if the files of a split were changed
+    places: dict[str, Path] = {}
+    scenarios = tuple(map(_from_file, files))
+    for file, scenario in zip(files, scenarios, strict=True):
         short = base_name(scenario.name)
-        if short in known:
-            raise ScenarioError(
-                f"The scenarios {known[short]} and {file} are both called {short!r}: rename one."
-            )
-        known[short] = file
-        scenarios.append(scenario)
-    return tuple(scenarios)
+        if (other := places.setdefault(short, file)) != file:
+            raise ScenarioError(f"The scenarios {other} and {file} are both called {short!r}: rename one.")
+    return scenarios
 
 
 def split_hash(name: str | Path) -> str:
-    """Return the hash that pins the split in a suite's folder; empty if the suite is not a split.
-
-    Raises:
-        ScenarioError: as `load_suite`.
-    """
+    """Return the hash that pins the split in a suite's folder; empty if the suite is not a split."""
     described = None if str(name) in suite_names() else read_split(Path(name))
     return described.sha256 if described else ""
 
 
 def generate(faults: Sequence[str], *, name: str = "") -> Scenario:
-    """Make a scenario of faults given as text.
+    """Make a scenario of faults.
 
     Args:
-        faults: each a fault's name, or `name=value` with a strength.
+        faults: each as `name`, or `name=value` with a strength.
         name: the scenario's name; the faults joined by `+` if empty.
-
-    Raises:
-        ScenarioError: a fault or value is not usable.
 
     >>> generate(["image_shift=20"]).faults[0].value
     20
@@ -130,13 +187,11 @@ def generate(faults: Sequence[str], *, name: str = "") -> Scenario:
 
 def _from_file(path: Path) -> Scenario:
     try:
-        raw = read_bytes(path, _MAX_BYTES)
+        text = read_bytes(path, _MAX_BYTES).decode("utf-8-sig")
     except FileNotFoundError as error:
         raise ScenarioError(f"There is no scenario file {path}.") from error
     except OSError as error:
         raise ScenarioError(f"The scenario {path} cannot be read: {error.strerror}.") from error
-    try:
-        text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ScenarioError(f"The scenario {path} is not text in UTF-8 (byte {error.start}).") from error
     return parse_scenario(text, str(path))

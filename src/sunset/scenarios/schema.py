@@ -1,67 +1,57 @@
-"""What a scenario is: a name and the faults of a run, checked when it is made."""
+"""Scenarios, checked when they are made."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated
 
 import yaml
+from msgspec import Meta
 
 from sunset.errors import ScenarioError
 from sunset.flights import FlightSpec
 from sunset.scenarios.courses import problems
-from sunset.scenarios.fault import ScenarioFault, parse_fault
-from sunset.scenarios.timing import checked_seconds
+from sunset.scenarios.fault import LONGEST_S, ScenarioFault, to_floats
+from sunset.schemas import check_fields
 from sunset.system import DURATION_S
-from sunset.texts import shown
-
-__all__ = ["Scenario", "ScenarioFault", "parse_fault"]
+from sunset.texts import listed, shown
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """The faults of one run.
+    """The faults of a run.
 
     Attributes:
         name: its name in results, such as `paper/gpu_failure+image_shift+autofocus_needed`.
-        faults: the faults; none for a healthy run. At no time is one there twice, or two that exclude each other.
+        faults: the faults; none for a healthy run. A fault may not overlap itself or a fault that it excludes.
         description: one sentence for a reader; may be empty.
-        duration: how long is measured [s]; None for the paper's 20 s.
-        flight: what is flown; None for the default flight.
+        duration: the measured time [s]; None for the paper's 20 s.
+        flight: the flight; None for the default flight.
 
     Raises:
-        ScenarioError: a fault is there twice at some time, two exclude each other, one never comes, or the name is
-            empty.
+        ScenarioError: faults overlap or exclude each other, a fault never comes, or the name is empty.
     """
 
     name: str
-    faults: tuple[ScenarioFault, ...] = ()
+    faults: Annotated[
+        tuple[ScenarioFault, ...],
+        Meta(description="a tuple of ScenarioFault, as in sunset.make_scenario('gpu_failure').faults"),
+    ] = ()
     description: str = ""
-    duration: float | None = None
+    duration: Annotated[float, Meta(ge=1, le=LONGEST_S, title="duration of a scenario [s]")] | None = None
     flight: FlightSpec | None = None
 
     def __post_init__(self) -> None:
-        """Check that the faults can be there together."""
-        if not isinstance(self.name, str) or not self.name.strip() or not self.name.isprintable():
+        check_fields(self, ScenarioError)
+        if not self.name.strip() or not self.name.isprintable():
             raise ScenarioError(f"A scenario needs a name of printable characters, got {shown(self.name)}.")
-        if not isinstance(self.faults, tuple | list) or not all(
-            isinstance(fault, ScenarioFault) for fault in self.faults
-        ):
-            raise ScenarioError(
-                f"The faults of the scenario {self.name} must be a tuple of ScenarioFault, got {shown(self.faults)}; "
-                'sunset.make_scenario("gpu_failure") makes a scenario of names.'
-            )
-        if self.duration is not None:
-            seconds = checked_seconds("The duration of a scenario", self.duration, least=1.0)
-            object.__setattr__(self, "duration", seconds)
-        if not isinstance(self.flight, FlightSpec | None):
-            raise ScenarioError(
-                f"The flight of the scenario {self.name} must be a FlightSpec or None, got {shown(self.flight)}."
-            )
+        to_floats(self, "duration")
         object.__setattr__(self, "faults", tuple(self.faults))
         for _, problem in problems(self.faults, self.duration_s):
             raise ScenarioError(problem)
 
     @property
     def duration_s(self) -> float:
-        """How long is measured, unless the run says otherwise [s]."""
+        """The measured time, unless the run overrides it [s]."""
         return DURATION_S if self.duration is None else self.duration
 
     def to_yaml(self) -> str:
@@ -76,3 +66,39 @@ class Scenario:
         content["faults"] = [fault.to_mapping() for fault in self.faults]
         text: str = yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
         return text
+
+
+def with_strengths(
+    scenario: Scenario, strengths: Mapping[str, Sequence[float | None]], model: str
+) -> Scenario:
+    """Return a scenario in which strengths replace the severities.
+
+    Args:
+        scenario: the scenario.
+        strengths: of the model: fault → a strength for each severity; None if no strength costs so much.
+        model: the model's name.
+
+    Raises:
+        ScenarioError: no strength of a fault is so severe for the model, or the model's strengths are unknown.
+    """
+
+    def strong(fault: ScenarioFault) -> ScenarioFault:
+        if fault.severity is None:
+            return fault
+        known = strengths.get(fault.name)
+        if known is None:
+            raise ScenarioError(
+                f"The scenario {scenario.name} gives {fault.name} a severity, and the model {model} does not know its "
+                "strengths: give a value, or let 'sunset models curves' measure them."
+            )
+        value = known[fault.severity - 1]
+        if value is None:
+            reached = [str(number) for number, strength in enumerate(known, 1) if strength is not None]
+            levels = f"the severities {listed(reached)} can" if reached else "no severity can"
+            raise ScenarioError(
+                f"The scenario {scenario.name} gives {fault.name} the severity {fault.severity}, which no strength "
+                f"reaches with the model {model}; {levels}."
+            )
+        return replace(fault, value=value, severity=None)
+
+    return replace(scenario, faults=tuple(map(strong, scenario.faults)))

@@ -1,4 +1,4 @@
-"""A split as a folder: a file for each scenario, and what they were made of and are pinned by."""
+"""A split as a folder: a file for each scenario, and a description with their hash."""
 
 import hashlib
 from collections.abc import Mapping
@@ -16,23 +16,22 @@ from sunset.system import loaded_extensions
 
 SPLIT_FILE: Final = "split.json"
 
-_SUFFIXES: Final = frozenset({".yaml", ".yml"})
 _SHORTEST_SALT: Final = 16
-"""Bytes; a shorter salt could be found by trying, since its SHA-256 is published."""
-_LONGEST: Final = 1_000_000
+"""Bytes; a shorter salt could be guessed, since its SHA-256 is published."""
+_MAX_BYTES: Final = 1_000_000
 
 
 class SplitDescription(msgspec.Struct, frozen=True, kw_only=True):
-    """What `split.json` says: what a split was made of, and the hash by which it is pinned.
+    """The content of `split.json`: how a split was drawn, and the hash by which it is pinned.
 
     Attributes:
         split: train, validation, test or wild.
-        count: how many scenarios it has.
-        seed: of everything that is drawn.
+        count: the number of scenarios.
+        seed: the seed of all draws.
         flights: whether each scenario has a flight of its own.
-        salt_sha256: of the salt, in hexadecimal; None if there is none.
-        rule: by which it was drawn.
-        extensions: of the system's description: name → checksum.
+        salt_sha256: the salt's hash, in hexadecimal; None without a salt.
+        rule: the rule of drawing.
+        extensions: of the managed system: name → checksum.
         sha256: over the scenario files, as of the lines that `sha256sum *.yaml` prints.
     """
 
@@ -47,71 +46,54 @@ class SplitDescription(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def is_scenario_file(path: Path) -> bool:
-    """Return whether a path is named as a scenario file is."""
-    return path.suffix.lower() in _SUFFIXES
+    """Return whether a path ends as a scenario file does."""
+    return path.suffix.lower() in {".yaml", ".yml"}
 
 
 def scenario_files(folder: Path) -> list[Path]:
-    """Return the scenario files of a folder, in their order.
-
-    Raises:
-        OSError: it cannot be read.
-    """
+    """Return the scenario files of a folder, in their order."""
     return sorted(filter(is_scenario_file, folder.iterdir()))
 
 
 def read_salt(file: Path) -> bytes:
-    """Return the salt of a split, all bytes of a file.
-
-    Raises:
-        InvalidInputError: the file cannot be read, or is too short or too long.
-    """
+    """Return the salt of a split, all bytes of a file."""
     try:
-        salt = read_bytes(file, _LONGEST)
+        salt = read_bytes(file, _MAX_BYTES)
     except OSError as error:
         raise InvalidInputError(f"The salt {file} cannot be read: {error.strerror}.") from error
     if len(salt) < _SHORTEST_SALT:
         raise InvalidInputError(
-            f"The salt {file} must have at least {_SHORTEST_SALT} bytes, so that nobody can guess it, got {len(salt)}; "
+            f"The salt {file} must have at least {_SHORTEST_SALT} bytes, or it can be guessed, got {len(salt)}; "
             "'openssl rand -hex 32' prints one."
         )
     return salt
 
 
 def write_split(spec: SplitSpec, folder: Path) -> SplitDescription:
-    """Write the scenarios of a split into a new folder, with what they were made of, all of it or nothing.
-
-    Raises:
-        OutputError: the folder exists and is not empty, or cannot be written.
-    """
-    texts = _texts(spec)
-    described = _describe(spec, texts)
+    """Draw a split and write it into a new folder, all of it or nothing."""
+    files = _draw_files(spec)
+    described = _describe(spec, files)
     with draft_of_folder(folder, "split") as draft:
-        for name, text in texts.items():
-            (draft / name).write_text(text, encoding="utf-8")
+        for name, content in files.items():
+            (draft / name).write_bytes(content)
         (draft / SPLIT_FILE).write_text(document_text(described), encoding="utf-8")
     return described
 
 
 def read_split(folder: Path) -> SplitDescription | None:
-    """Return what the `split.json` of a folder says; None if it has none.
+    """Return the content of a folder's `split.json`; None without this file.
 
     Raises:
-        ScenarioError: it is damaged, or the scenario files are not those that it was written with.
+        ScenarioError: it is damaged, or the scenario files have another hash.
     """
     place = folder / SPLIT_FILE
     if not place.exists():
         return None
-    remedy = "generate the split anew"
-    described = convert(
-        read_json(place, "The file", ScenarioError),
-        SplitDescription,
-        str(place),
-        ScenarioError,
-        remedy=remedy,
-    )
+    remedy = "generate the split again"
+    content = read_json(place, "The file", ScenarioError)
+    described = convert(content, SplitDescription, str(place), ScenarioError, remedy=remedy)
     try:
-        files = {file.name: read_bytes(file, _LONGEST) for file in scenario_files(folder)}
+        files = {file.name: read_bytes(file, _MAX_BYTES) for file in scenario_files(folder)}
     except OSError as error:
         raise ScenarioError(f"The split {folder} cannot be read: {error.strerror}.") from error
     if _digest(files) != described.sha256:
@@ -123,15 +105,15 @@ def read_split(folder: Path) -> SplitDescription | None:
 
 
 def check_split(folder: Path, salt: bytes = b"") -> SplitDescription:
-    """Generate the split of a folder anew, from what its `split.json` says, and compare the scenarios.
+    """Draw the split of a folder again, from its `split.json`, and compare the scenarios.
 
     Args:
-        folder: that was written with `write_split`.
-        salt: of the split, which the folder has no copy of.
+        folder: a folder by `write_split`.
+        salt: of the split; the folder does not contain it.
 
     Raises:
-        ScenarioError: there is no split, it is damaged, or its scenarios are not those that are generated.
-        InvalidInputError: the salt is missing or is another one.
+        ScenarioError: the folder is not a split, is damaged, or has other scenarios than are drawn.
+        InvalidInputError: the salt is missing or wrong.
     """
     described = read_split(folder)
     if described is None:
@@ -145,45 +127,37 @@ def check_split(folder: Path, salt: bytes = b"") -> SplitDescription:
         flights=described.flights,
         salt=salt,
     )
-    expected = _describe(spec, texts := _texts(spec))
+    expected = _describe(spec, _draw_files(spec))
     if described.salt_sha256 != expected.salt_sha256:
-        made = f"a salt of the SHA-256 {described.salt_sha256}" if described.salt_sha256 else "no salt"
-        got = f"one of {expected.salt_sha256}" if expected.salt_sha256 else "none"
         remedy = "name its file with --salt-file" if described.salt_sha256 else "leave --salt-file out"
-        raise InvalidInputError(f"The split in {folder} was made with {made}, got {got}: {remedy}.")
-    if described.rule != RULE:
-        raise ScenarioError(
-            f"The split in {folder} was drawn by rule {described.rule}, and this version draws by rule {RULE}; "
-            "check it with the version that it was made with."
-        )
-    if described.extensions != expected.extensions:
-        named = ", ".join(described.extensions) or "none"
-        raise ScenarioError(
-            f"The split in {folder} was made with other extensions ({named}), or with others of these names: name the "
-            "same ones with --extension."
+        raise InvalidInputError(
+            f"The split in {folder} was made with {_salt_text(described)}, got {_salt_text(expected)}: {remedy}."
         )
     if described != expected:
-        raise ScenarioError(
-            f"The scenarios in {folder} are not those that its {SPLIT_FILE} makes{_first(folder, texts)}."
-        )
+        raise ScenarioError(f"The split in {folder} {_difference(described, expected)}.")
     return described
 
 
-def _first(folder: Path, texts: Mapping[str, str]) -> str:
-    """Return in words which is the first scenario file of a folder that differs; nothing if none does."""
-    there = {file.name: file.read_bytes() for file in scenario_files(folder)}
-    names = sorted({*there, *texts})
-    differing = (name for name in names if there.get(name) != texts.get(name, "").encode())
-    name = next(differing, "")
-    return f": {name} differs" if name else ""
+def _difference(described: SplitDescription, expected: SplitDescription) -> str:
+    if described.rule != expected.rule:
+        return (
+            f"was drawn by rule {described.rule}, and this version draws by rule {RULE}: use another version"
+        )
+    if described.extensions != expected.extensions:
+        named = ", ".join(described.extensions) or "none"
+        return f"was made with other extensions ({named}), or other versions of them: name these with --extension"
+    return f"does not have the scenarios that its {SPLIT_FILE} makes"
 
 
-def _texts(spec: SplitSpec) -> dict[str, str]:
-    """Return the scenario files of a split by name, in their order."""
-    return {f"{scenario.name}.yaml": scenario.to_yaml() for scenario in draw_split(spec)}
+def _salt_text(described: SplitDescription) -> str:
+    return f"a salt of the SHA-256 {described.salt_sha256}" if described.salt_sha256 else "no salt"
 
 
-def _describe(spec: SplitSpec, texts: Mapping[str, str]) -> SplitDescription:
+def _draw_files(spec: SplitSpec) -> dict[str, bytes]:
+    return {f"{scenario.name}.yaml": scenario.to_yaml().encode() for scenario in draw_split(spec)}
+
+
+def _describe(spec: SplitSpec, files: Mapping[str, bytes]) -> SplitDescription:
     return SplitDescription(
         split=spec.split,
         count=spec.count,
@@ -191,8 +165,8 @@ def _describe(spec: SplitSpec, texts: Mapping[str, str]) -> SplitDescription:
         flights=spec.flights,
         salt_sha256=hashlib.sha256(spec.salt).hexdigest() if spec.salt else None,
         rule=RULE,
-        extensions={one.name: one.checksum for one in loaded_extensions()},
-        sha256=_digest({name: text.encode() for name, text in texts.items()}),
+        extensions={extension.name: extension.checksum for extension in loaded_extensions()},
+        sha256=_digest(files),
     )
 
 

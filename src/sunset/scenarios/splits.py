@@ -1,8 +1,8 @@
-"""Scenarios drawn at random for training, validation and two kinds of tests, which never share one.
+"""Scenarios drawn at random for training, validation and two kinds of tests, which never share a scenario.
 
-What `train` and `validation` are drawn from is the same. Which of the two a scenario belongs to follows from its
-faults. What `test` is drawn from has parts that the others never have: pairs of faults, a profile, severities and, of
-flights, towns, heights and weathers. Each scenario of `wild` has a fault that no catalogue lists.
+`train` and `validation` are drawn from the same parts; a scenario's faults decide to which of the two it belongs. The
+parts of `test` differ: pairs of faults, a profile, severities, and the towns, heights and weathers of flights. Each
+scenario of `wild` has a fault that no catalogue lists.
 """
 
 import hashlib
@@ -18,9 +18,8 @@ from msgspec import Meta
 
 from sunset.errors import InvalidInputError
 from sunset.flights import TIMES, FlightSpec
-from sunset.scenarios.fault import ScenarioFault
+from sunset.scenarios.fault import INTERMITTENT, RAMP, STEP, After, Profile, ScenarioFault
 from sunset.scenarios.schema import Scenario
-from sunset.scenarios.timing import INTERMITTENT, RAMP, STEP, After, Profile
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed, generator
 from sunset.system import current_system, excluding_pairs, get_fault, unlisted_names
@@ -33,30 +32,30 @@ WILD: Final = "wild"
 SPLITS: Final[tuple[str, ...]] = (TRAIN, VALIDATION, TEST, WILD)
 
 RULE: Final = 1
-"""Grows whenever the same split would become another one."""
+"""The rule of drawing, increased whenever the same specification would give another split."""
 
 _ANGLES: Final = (30.0, 60.0, 90.0)
 _LATEST_S: Final = 12.0
 """Onsets are drawn up to here, so that there is time to repair within the 20 s of a scenario."""
 _HEALING: Final = 0.4
-"""Share of the faults that heal by themselves."""
+"""Share of the faults that heal."""
 _FOLLOWING: Final = 0.3
-"""Share of the scenarios in which a fault follows another one, of those in which one can."""
+"""Share of the scenarios in which a fault follows another, among those in which that is possible."""
 _SHARE: Final = 4
-"""One in so many scenarios that `train` could have belongs to `validation`."""
+"""A fourth of the scenarios that `train` could have belongs to `validation`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """What the scenarios of a split are made of.
+    """The values that the scenarios of a split are drawn from.
 
     Attributes:
-        counts: how many faults a scenario has.
-        profiles: kinds of profiles; a fault without a strength has no ramp.
-        severities: of faults that degrade images, as far as they have a strength.
-        towns: that are flown over.
-        heights: that are flown at [m].
-        weathers: that are flown in.
+        counts: numbers of faults in a scenario.
+        profiles: kinds of profiles; a fault without a strength cannot have a ramp.
+        severities: of faults that degrade images and have a strength.
+        towns: of flights.
+        heights: of flights [m].
+        weathers: of flights.
     """
 
     counts: tuple[int, ...]
@@ -73,39 +72,35 @@ _KNOWN: Final = Parts(
 _NEW: Final = Parts((2, 3), (STEP, RAMP, INTERMITTENT), (2,), (7, 8), (35.0, 65.0), ("hazy",))
 _UNLISTED: Final = replace(_NEW, counts=(1, 2))
 PARTS: Final = {TRAIN: _KNOWN, VALIDATION: _KNOWN, TEST: _NEW, WILD: _UNLISTED}
-"""Split → what its scenarios are made of. Every scenario of `test` has an intermittent fault.
-
-Every scenario of `wild` has one fault that no catalogue lists. Those that no suite has are among them only in a split
-with a salt.
-"""
+"""Split → its parts. Every scenario of `test` has an intermittent fault, every scenario of `wild` an unlisted fault."""
 
 
 def held_out_pairs() -> frozenset[frozenset[str]]:
-    """Return the pairs of faults that are together in `test` only; every scenario of `test` has one.
+    """Return the pairs of faults that are together in `test` only, in each of its scenarios.
 
-    They are the pairs whose numbers in the catalogue, counted from 0, add up to a multiple of 3, about a third of all.
+    Their numbers in the catalogue, counted from 0, add up to a multiple of 3: about a third of all pairs.
 
     >>> frozenset({"camera_driver_issue", "memory_leakage"}) in held_out_pairs()
     True
     """
     system = current_system()
     numbered = combinations(enumerate(system.faults), 2)
-    sums = {frozenset({one, other}): first + second for (first, one), (second, other) in numbered}
-    return frozenset(pair for pair, total in sums.items() if total % 3 == 0) - set(
-        map(frozenset, system.exclusive)
-    )
+    pairs = {
+        frozenset({name, other}) for (first, name), (second, other) in numbered if (first + second) % 3 == 0
+    }
+    return frozenset(pairs - set(map(frozenset, system.exclusive)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class SplitSpec:
-    """What a split is made of.
+    """The specification of a split.
 
     Attributes:
         split: one of `SPLITS`.
-        count: how many scenarios it has.
-        seed: of everything that is drawn.
-        flights: whether each scenario has a flight of its own; the default flight if not.
-        salt: a secret that the draws depend on besides, for a split that stays sealed.
+        count: the number of scenarios.
+        seed: the seed of all draws.
+        flights: whether each scenario has a flight of its own, instead of the default flight.
+        salt: a secret that the draws also depend on, for a split that stays sealed.
 
     Raises:
         InvalidInputError: a value is of another type or out of range.
@@ -118,7 +113,6 @@ class SplitSpec:
     salt: bytes = b""
 
     def __post_init__(self) -> None:
-        """Check the values."""
         check_fields(self)
         check_seed(self.seed)
         if self.split not in SPLITS:
@@ -129,9 +123,9 @@ class SplitSpec:
 
 
 def draw_split(spec: SplitSpec) -> tuple[Scenario, ...]:
-    """Return the scenarios of a split: the same ones for the same specification, catalogue of faults and `RULE`.
+    """Return the scenarios of a split: the same for the same specification, catalogue of faults and `RULE`.
 
-    >>> [one.name for one in draw_split(SplitSpec(split="train", count=2))]
+    >>> [scenario.name for scenario in draw_split(SplitSpec(split="train", count=2))]
     ['train-0001', 'train-0002']
     """
     draw = _Draw(generator(spec.seed, "split", spec.split, spec.salt.hex()))
@@ -148,7 +142,7 @@ def draw_split(spec: SplitSpec) -> tuple[Scenario, ...]:
 
 
 def _owner(course: str) -> str:
-    """Return which of `train` and `validation` the faults of a scenario belong to."""
+    """Return the split, `train` or `validation`, of a scenario with these faults."""
     return TRAIN if hashlib.sha256(course.encode()).digest()[0] % _SHARE else VALIDATION
 
 
@@ -157,11 +151,11 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class _Draw:
-    """Draws from a generator, by numbers from [0, 1) only, since other draws may change with NumPy's version."""
+    """Draws by numbers in [0, 1) only, since other draws of a generator may change with NumPy's version."""
 
     rng: np.random.Generator
 
-    def one(self, items: Sequence[_T]) -> _T:
+    def item(self, items: Sequence[_T]) -> _T:
         return items[floor(self.rng.random() * len(items))]
 
     def seconds(self, low: float, high: float) -> float:
@@ -170,18 +164,18 @@ class _Draw:
 
     def flight(self, parts: Parts) -> FlightSpec:
         return FlightSpec(
-            town=self.one(parts.towns),
-            height=self.one(parts.heights),
-            angle=self.one(_ANGLES),
-            time=self.one(TIMES),
-            weather=self.one(parts.weathers),
+            town=self.item(parts.towns),
+            height=self.item(parts.heights),
+            angle=self.item(_ANGLES),
+            time=self.item(TIMES),
+            weather=self.item(parts.weathers),
         )
 
     def faults(
         self, parts: Parts, new: frozenset[frozenset[str]], causes: Sequence[str] = (), *, is_test: bool
     ) -> tuple[ScenarioFault, ...]:
-        """Return the faults of one scenario, in the order in which they come."""
-        count = self.one(parts.counts)
+        """Return the faults of a scenario, in the order in which they come."""
+        count = self.item(parts.counts)
         while True:
             names = self._names(count, causes)
             pairs = {frozenset(pair) for pair in combinations(names, 2)}
@@ -195,12 +189,12 @@ class _Draw:
         return self._linked(sorted(faults, key=lambda fault: fault.at))
 
     def _names(self, count: int, causes: Sequence[str]) -> list[str]:
-        """Return different faults, the first one of `causes` if there are any."""
-        known, first = list(current_system().faults), [self.one(causes)] if causes else []
+        """Return different faults, the first of them from `causes`, if any."""
+        known, first = list(current_system().faults), [self.item(causes)] if causes else []
         return first + [known.pop(floor(self.rng.random() * len(known))) for _ in range(count - len(first))]
 
     def _profile(self, name: str, kinds: Sequence[str]) -> Profile:
-        kind = self.one(kinds)
+        kind = self.item(kinds)
         if kind == INTERMITTENT:
             return self._intermittent()
         if kind == RAMP and get_fault(name).limits is not None:
@@ -214,13 +208,13 @@ class _Draw:
         described = get_fault(name)
         measured = described.limits is not None and described.effect is not None
         at, lasts, heals = self.seconds(0, _LATEST_S), self.seconds(2, 8), self.rng.random() < _HEALING
-        severity = self.one(parts.severities) if measured else None
+        severity = self.item(parts.severities) if measured else None
         return ScenarioFault(
             name, at=at, until=round(at + lasts, 1) if heals else None, profile=profile, severity=severity
         )
 
     def _linked(self, faults: list[ScenarioFault]) -> tuple[ScenarioFault, ...]:
-        """Let the last fault follow the first one now and then, if that one stays until it is cured."""
+        """Let the last fault sometimes follow the first, if that stays until it is cured."""
         first, last = faults[0], faults[-1]
         delay, follows = self.seconds(3, 6), self.rng.random() < _FOLLOWING
         if follows and len(faults) > 1 and first.until is None and first.profile.kind != INTERMITTENT:

@@ -1,9 +1,7 @@
-"""The managed system as data: nodes, topics, signals, failures, faults, adaptations, suites, and what is off limits."""
+"""The managed system as data: nodes, topics, signals, failures, faults, adaptations and suites."""
 
-from sunset.system.checks import LONGEST_DELAY_S
 from sunset.system.cures import STATE, Key, comparable_text, goal_of, is_in_place
 from sunset.system.current import (
-    LoadedExtension,
     all_suites,
     current_system,
     degradations_of,
@@ -19,6 +17,7 @@ from sunset.system.current import (
     unlisted_names,
 )
 from sunset.system.description import (
+    LONGEST_DELAY_S,
     Adaptation,
     AdaptationKind,
     Effect,
@@ -34,7 +33,7 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
-from sunset.system.extension import Extension
+from sunset.system.extension import Extension, Suite, names_in_suite
 from sunset.system.harness import (
     BAG_PLAYER,
     BLACKBOARD_TOPIC,
@@ -63,8 +62,8 @@ from sunset.system.harness import (
     SURROUNDING,
     TASKS,
     TRUTH_TOPIC,
-    HarnessNode,
 )
+from sunset.system.loading import LoadedExtension
 from sunset.system.names import (
     FAULT_ACCESS,
     NAMESPACE,
@@ -86,9 +85,8 @@ from sunset.system.paper import (
     SHARPNESS_SIGNAL,
     USE_CAMERA,
 )
-from sunset.system.suites import Suite, names_in_suite
 from sunset.system.system import System
-from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate, Window
+from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate
 
 __all__ = [
     "BAG_PLAYER",
@@ -140,7 +138,6 @@ __all__ = [
     "Failure",
     "Fault",
     "FaultKind",
-    "HarnessNode",
     "ImageFunction",
     "Key",
     "LoadedExtension",
@@ -153,7 +150,6 @@ __all__ = [
     "Topic",
     "Value",
     "View",
-    "Window",
     "age_entry",
     "all_suites",
     "comparable_text",

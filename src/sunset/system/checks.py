@@ -1,90 +1,95 @@
-"""What the parts of a managed system must be, so that they fit each other; one sentence for each mistake."""
+"""Checks that the parts of a managed system fit each other; each mistake is an `ExtensionError` of one sentence."""
 
-from collections.abc import Collection, Iterable, Mapping
-from math import isfinite
-from typing import Final, TypeVar, get_args
+from collections.abc import Iterable, Mapping
+from math import inf
+from typing import Any, Final, TypeVar
 
 from sunset.errors import ExtensionError, ScenarioError
-from sunset.system.class_checks import check_class, check_parameter
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
-    Effect,
-    Failure,
     Fault,
     FaultKind,
-    NodeDescription,
-    Sensor,
-    Signal,
-    View,
     redeploy,
+    restart,
 )
+from sunset.system.extension import Extension, names_in_suite
 from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
-from sunset.system.names import full_name, is_topic_name
-from sunset.system.suites import Suite
+from sunset.system.names import full_name
+from sunset.system.system import System
 from sunset.texts import suggestion
 
-LONGEST_DELAY_S: Final = 3600.0
-"""The longest time from a node's start until it activates itself [s]."""
 _PAIR: Final = 2
 
+ItemT = TypeVar("ItemT")
 
-def check_nodes(nodes: Mapping[str, NodeDescription], published: Collection[str]) -> None:
-    """Check every node's name, class and inputs.
+
+def check_system(system: System) -> None:
+    """Check that the parts of a system refer to parts that are there, and do not contradict each other."""
+    _check_nodes(system)
+    for adaptation in system.adaptations:
+        _check_adaptation(adaptation, system)
+    _check_views(system)
+    _check_signals(system)
+    _check_failures(system)
+    for fault in system.faults.values():
+        _check_fault(fault, system)
+        _check_effect(fault, system)
+    _check_suites(system)
+
+
+def check_extension(part: Extension, system: System, before: System) -> None:
+    """Check the classes, functions and signals of a system's new part.
 
     Args:
-        nodes: all of them, by name.
-        published: full names of the topics that they publish on.
-
-    Raises:
-        ExtensionError: one is not as it must be.
+        part: the extension.
+        system: the system with it.
+        before: the system without it.
     """
-    for node in nodes.values():
-        _check_name("node", node.name)
+    for signal in part.signals:
+        if signal.calibrated:
+            raise ExtensionError(
+                f"The signal {signal.name} needs a threshold of its own: model cards lack it."
+            )
+    _check_classes(part, system, before)
+    for fault in part.faults:
+        if fault.effect:
+            system.image_function(fault.effect.degrade)
+            system.image_function(fault.effect.restore or fault.effect.degrade)
+    for adaptation in part.named_adaptations:
+        _check_parameter(adaptation, system.node_class(adaptation.node))
+    for fault in part.faults:
+        _check_fault_parameter(fault, system.node_class(fault.node))
+
+
+def _check_classes(part: Extension, system: System, before: System) -> None:
+    for name, node_class in part.node_classes.items():
+        _known("node", name, system.nodes, "A class in node_classes")
+        present = before.node_class(name)
+        if not issubclass(node_class, present):
+            raise ExtensionError(
+                f"The class of the node {name} is {present.__name__}: {node_class.__name__} must be a subclass of it, "
+                "or be left out."
+            )
+    for node in part.nodes:
+        node_name = getattr(system.node_class(node.name), "node_name", None)
+        if node_name != node.name:
+            raise ExtensionError(
+                f"The class of the node {node.name} must have its node_name, got {node_name!r}."
+            )
+
+
+def _check_nodes(system: System) -> None:
+    published = {*system.publishers, *SENSOR_TOPICS}
+    for node in system.nodes.values():
         if node.name in RESERVED_NAMES:
             raise ExtensionError(f"The node name {node.name!r} is the experiment's own: choose another.")
-        is_reference = isinstance(node.node_class, str) and ":" in node.node_class
-        if not is_reference and not isinstance(node.node_class, type):
-            raise ExtensionError(
-                f"The node {node.name} needs a class, or where that is as module:Class, got {node.node_class!r}."
-            )
-        if isinstance(node.node_class, type):
-            check_class(node.name, node.node_class)
-        for topic in node.outputs:
-            if not is_topic_name(topic):
-                raise ExtensionError(
-                    f"The node {node.name} publishes on {topic!r}, which is not a topic's name such as rgb_camera."
-                )
-        check_topics(map(full_name, node.inputs), {*published, *SENSOR_TOPICS})
-        if not -1 <= node.activation_delay_s <= LONGEST_DELAY_S or not 0 <= node.compute_s < 1:
-            raise ExtensionError(
-                f"The node {node.name} needs an activation_delay_s from 0 to {LONGEST_DELAY_S:g} s, or -1 for none, "
-                f"and a compute_s from 0 to less than 1 s, got {node.activation_delay_s} and {node.compute_s}."
-            )
+        _check_published(node.inputs, published)
+    _check_published(system.topics, published)
 
 
-def check_node_classes(node_classes: Mapping[str, type], nodes: Mapping[str, NodeDescription]) -> None:
-    """Check the classes that run in place of nodes' own.
-
-    Raises:
-        ExtensionError: one is of a node that is not there, or of another node.
-    """
-    for name, node_class in node_classes.items():
-        _known("node", name, nodes, "A class in node_classes")
-        check_class(name, node_class)
-
-
-def check_topics(named: Iterable[str], published: Collection[str]) -> None:
-    """Check that topics are published.
-
-    Args:
-        named: full names of those that something refers to.
-        published: full names of those that a node publishes on.
-
-    Raises:
-        ExtensionError: one is not.
-    """
-    for topic in named:
+def _check_published(topics: Iterable[str], published: Iterable[str]) -> None:
+    for topic in map(full_name, topics):
         if topic not in published:
             raise ExtensionError(
                 f"No node publishes on the topic {topic}: {suggestion(topic, published)}"
@@ -92,68 +97,37 @@ def check_topics(named: Iterable[str], published: Collection[str]) -> None:
             )
 
 
-def check_adaptation(
-    adaptation: Adaptation, nodes: Mapping[str, NodeDescription], published: Collection[str]
-) -> None:
-    """Check that a node can be adapted so.
-
-    Raises:
-        ExtensionError: it cannot.
-    """
-    what = f"The adaptation {str(adaptation)!r}"
-    node = _known("node", adaptation.node, nodes, what)
+def _check_adaptation(adaptation: Adaptation, system: System) -> None:
+    _known("node", adaptation.node, system.nodes, f"The adaptation {str(adaptation)!r}")
     sets = adaptation.kind in {AdaptationKind.SET_PARAMETER, AdaptationKind.CHANGE_TOPIC}
     if sets != bool(adaptation.parameter):
         raise ExtensionError(
-            f"{what} must {'' if sets else 'not '}name a parameter, got {adaptation.parameter!r}."
+            f"The adaptation {str(adaptation)!r} must {'' if sets else 'not '}name a parameter, got "
+            f"{adaptation.parameter!r}."
         )
-    if isinstance(node.node_class, type):
-        check_parameter(adaptation, node.node_class)
     if adaptation.kind is AdaptationKind.CHANGE_TOPIC:
-        check_topics([full_name(str(adaptation.value))], published)
+        _check_published([str(adaptation.value)], {*system.publishers, *SENSOR_TOPICS})
 
 
-def check_views(
-    views: Iterable[View], nodes: Mapping[str, NodeDescription], upstream: Mapping[str, Collection[str]]
-) -> None:
-    """Check that views are different values of one parameter, and of sensors that there are.
-
-    Args:
-        views: all of them.
-        nodes: all of them, by name.
-        upstream: node → the nodes that its input may come from.
-
-    Raises:
-        ExtensionError: a view is not.
-    """
-    parameters = {f"{view.setting.node}.{view.setting.parameter}": view for view in views}
+def _check_views(system: System) -> None:
+    sensors = {
+        name: node for name, node in system.nodes.items() if node.outputs and not system.upstream[name]
+    }
+    parameters = {f"{view.setting.node}.{view.setting.parameter}": None for view in system.views}
     if len(parameters) > 1:
         raise ExtensionError(f"All views must be values of one parameter, got {' and '.join(parameters)}.")
-    values = [view.setting.value for view in views]
+    values = [view.setting.value for view in system.views]
     if None in values or len({*values}) < len(values):
         raise ExtensionError(f"Each view must have a value of its own, got {', '.join(map(str, values))}.")
-    for view in views:
+    for view in system.views:
         for sensor in sorted(view.sensors):
-            what = f"The view {str(view.setting)!r}"
-            if not _known("node", sensor, nodes, what).outputs or upstream[sensor]:
-                sensors = [name for name, node in nodes.items() if node.outputs and not upstream[name]]
-                raise ExtensionError(
-                    f"{what} names {sensor}, which is no sensor: name some of {', '.join(sensors)}."
-                )
+            _known("sensor", sensor, sensors, f"The view {str(view.setting)!r}")
 
 
-def check_signals(signals: Iterable[Signal], nodes: Mapping[str, NodeDescription]) -> None:
-    """Check that nodes report signals under names that are not taken.
-
-    Raises:
-        ExtensionError: one does not.
-    """
+def _check_signals(system: System) -> None:
     names: dict[str, str] = {}
-    for signal in signals:
-        _check_name("signal", signal.key)
-        _known("node", signal.node, nodes, f"The signal {signal.name}")
-        if signal.threshold is not None and not isfinite(signal.threshold):
-            raise ExtensionError(f"The threshold of {signal.name} must be finite, got {signal.threshold}.")
+    for signal in system.signals.values():
+        _known("node", signal.node, system.nodes, f"The signal {signal.name}")
         if signal.has_threshold and names.setdefault(signal.threshold_name, signal.name) != signal.name:
             raise ExtensionError(
                 f"The signals {names[signal.threshold_name]} and {signal.name} have thresholds of the same name, "
@@ -161,195 +135,169 @@ def check_signals(signals: Iterable[Signal], nodes: Mapping[str, NodeDescription
             )
 
 
-def check_added_signals(signals: Iterable[Signal]) -> None:
-    """Check that signals of an extension have thresholds of their own, if any: no model's card has one.
-
-    Raises:
-        ExtensionError: one has not.
-    """
-    for signal in signals:
-        if signal.calibrated:
-            raise ExtensionError(
-                f"The signal {signal.name} needs a threshold of its own: a model's card has none of it."
-            )
-
-
-def check_failures(
-    failures: Iterable[Failure], signals: Mapping[str, Signal], stopping: Collection[str]
-) -> None:
-    """Check that failures can be observed.
-
-    Args:
-        failures: the failures.
-        signals: all of them, by name.
-        stopping: full names of the topics that are watched and stop only if something is wrong.
-
-    Raises:
-        ExtensionError: one cannot.
-    """
-    for failure in failures:
-        _check_name("failure", failure.name)
-        what = f"The failure {failure.name}"
+def _check_failures(system: System) -> None:
+    active = {topic for topic, node in system.publishers.items() if system.initial_states[node] == "active"}
+    stopping = active.intersection(map(full_name, system.topics))
+    for failure in system.failures.values():
+        label = f"The failure {failure.name}"
         if bool(failure.topic) == bool(failure.signal):
             raise ExtensionError(
-                f"{what} must name either a topic that stops or a signal that is off, got "
+                f"{label} must name either a topic that stops or a signal that is off, got "
                 f"{failure.topic!r} and {failure.signal!r}."
             )
         if failure.topic and full_name(failure.topic) not in stopping:
             raise ExtensionError(
-                f"{what} is of the topic {failure.topic}: add it to the topics that are watched, and to the outputs "
+                f"{label} is of the topic {failure.topic}: add it to the topics that are watched, and to the outputs "
                 "of a node that is active at first."
             )
-        if failure.signal and not _known("signal", failure.signal, signals, what).has_threshold:
-            raise ExtensionError(f"{what} needs a threshold of the signal {failure.signal}, which has none.")
+        if failure.signal and not _known("signal", failure.signal, system.signals, label).has_threshold:
+            raise ExtensionError(f"{label} needs a threshold of the signal {failure.signal}.")
 
 
-def check_fault(fault: Fault, nodes: Mapping[str, NodeDescription], failures: Mapping[str, Failure]) -> None:
-    """Check that a fault can be injected.
-
-    Raises:
-        ExtensionError: it cannot.
-    """
-    _check_name("fault", fault.name)
-    what = f"The fault {fault.name}"
-    _known("failure", fault.failure, failures, what)
+def _check_fault(fault: Fault, system: System) -> None:
+    label = f"The fault {fault.name}"
+    _known("failure", fault.failure, system.failures, label)
+    _known("node", fault.node, system.nodes, label)
     for step in fault.injection:
-        node = _known("node", step.node, nodes, what)
-        if isinstance(node.node_class, type):
-            check_parameter(step, node.node_class)
+        _known("node", step.node, system.nodes, label)
         if not step.parameter and step.kind is not AdaptationKind.ACTIVATE:
             raise ExtensionError(
-                f"{what} cannot be injected by {str(step)!r}: set a parameter, or activate a node."
+                f"{label} cannot be injected by {str(step)!r}: set a parameter, or activate a node."
             )
-    _known("node", fault.node, nodes, what)
     if type(fault.healthy) is not type(fault.value) or fault.healthy == fault.value:
         raise ExtensionError(
-            f"{what} needs a value and another one of the same type when healthy, got {fault.value!r} and "
+            f"{label} needs a value and another value of the same type when healthy, got {fault.value!r} and "
             f"{fault.healthy!r}."
         )
-    if isinstance(fault.value, bool | str):
-        if fault.limits is not None:
-            raise ExtensionError(
-                f"{what} must have no limits, since its value {fault.value!r} is not a number, got {fault.limits}."
-            )
-    elif fault.limits is None:
-        raise ExtensionError(f"{what} needs limits, since its value {fault.value!r} is a number.")
-    elif not fault.limits[0] <= fault.value <= fault.limits[1]:
-        raise ExtensionError(f"{what} needs a value within its limits {fault.limits}, got {fault.value!r}.")
+    is_number = not isinstance(fault.value, bool | str)
+    if is_number != (fault.limits is not None):
+        raise ExtensionError(
+            f"{label} needs limits if its value is a number, and only then, got {fault.value!r} and {fault.limits}."
+        )
+    if fault.limits and is_number and not fault.limits[0] <= float(fault.value) <= fault.limits[1]:
+        raise ExtensionError(f"{label} needs a value within its limits {fault.limits}, got {fault.value!r}.")
     if fault.kind is FaultKind.INTERNAL and (redeploy(fault.node),) not in fault.cures:
         raise ExtensionError(
-            f"{what} is internal to {fault.node}, so that a redeploy of it ends it: add that to the cures, or say "
+            f"{label} is internal to {fault.node}, so that a redeploy of it ends it: add that to the cures, or say "
             "another kind."
         )
 
 
-def check_effect(fault: Fault, faults: Mapping[str, Fault], signal: Signal | None) -> None:
-    """Check that what a fault does to images can be measured.
-
-    Args:
-        fault: the fault.
-        faults: all of them, by name.
-        signal: that it shows in; None if it shows as an outage.
-
-    Raises:
-        ExtensionError: it cannot.
-    """
+def _check_effect(fault: Fault, system: System) -> None:
     effect = fault.effect
     if effect is None:
         return
-    what = f"The effect of the fault {fault.name}"
+    label = f"The effect of the fault {fault.name}"
+    signal = system.signals.get(system.failures[fault.failure].signal)
     if signal is None or not signal.calibrated:
         raise ExtensionError(
-            f"{what} can be measured only if its failure is of a signal whose threshold the model's card has."
+            f"{label} can be measured only if its failure is of a signal whose threshold the model's card has."
         )
-    if effect.sensor not in get_args(Sensor):
-        raise ExtensionError(
-            f"{what} must be on the sensor {' or '.join(get_args(Sensor))}, got {effect.sensor!r}."
-        )
-    for function in (effect.degrade, effect.restore or effect.degrade):
-        if not callable(function) and not (isinstance(function, str) and ":" in function):
-            raise ExtensionError(
-                f"{what} must be a function, or where that is as module:function, got {function!r}."
-            )
     if (effect.suite is None) != (fault.limits is not None):
         raise ExtensionError(
-            f"{what} needs the strength in the suites if the fault's value is not a number, and only then, got "
+            f"{label} needs the strength in the suites if the fault's value is not a number, and only then, got "
             f"{effect.suite!r}."
         )
-    _check_strengths(effect, fault.limits or (0.0, effect.largest), what)
     if isinstance(effect.suite, str):
-        other = _known("fault", effect.suite, faults, what).effect
-        if other is None or isinstance(other.suite, str):
-            raise ExtensionError(f"{what} has the strength of {effect.suite}, which has none of its own.")
+        _known("fault", effect.suite, system.faults, label)
+    low, high = fault.limits or (0.0, effect.largest)
+    for strength in effect.strengths:
+        if not low < strength <= high:
+            raise ExtensionError(
+                f"{label} needs strengths greater than {low:g} and at most {high:g}, got {strength!r}."
+            )
 
 
-def check_scenarios(
-    suites: Mapping[str, Suite],
-    exclusive: Iterable[tuple[str, str]],
-    faults: Mapping[str, Fault],
-) -> None:
-    """Check that suites and exclusive pairs are of faults that are there.
-
-    Raises:
-        ExtensionError: one is not.
-    """
-    for pair in exclusive:
-        if len(pair) != len(set(pair)) or len(pair) != _PAIR:
+def _check_suites(system: System) -> None:
+    for pair in system.exclusive:
+        if len({*pair}) != _PAIR or len(pair) != _PAIR:
             raise ExtensionError(f"Exclusive faults come in pairs of two names, got {pair!r}.")
         for name in pair:
-            _known("fault", name, faults, f"The pair of exclusive faults {pair}")
-    for suite, scenarios in suites.items():
-        _check_name("suite", suite)
+            _known("fault", name, system.faults, f"The pair of exclusive faults {pair}")
+    for suite, scenarios in system.suites.items():
+        label = f"The suite {suite}"
         if not scenarios:
-            raise ExtensionError(f"The suite {suite} has no scenario.")
-        # what stands in a text is checked when it is read, which takes a while
+            raise ExtensionError(f"{label} has no scenario.")
+        names_in_suite(suite, scenarios)
+        # scenarios in a YAML text are checked when they are read, which takes a while
         for scenario in () if isinstance(scenarios, str) else scenarios:
-            names = {_checked_name(text, faults, f"The suite {suite}") for text in scenario}
-            for pair in exclusive:
+            names = {_checked_name(text, system, label) for text in scenario}
+            for pair in system.exclusive:
                 if names.issuperset(pair):
-                    raise ExtensionError(
-                        f"The suite {suite} has {' with '.join(pair)}, which exclude each other."
-                    )
+                    raise ExtensionError(f"{label} has {' with '.join(pair)}, which exclude each other.")
 
 
-def _checked_name(text: str, faults: Mapping[str, Fault], what: str) -> str:
+def _checked_name(text: str, system: System, label: str) -> str:
     """Check a fault of a scenario, `fault` or `fault=value`, and return its name."""
     name, separator, strength = text.partition("=")
-    fault = _known("fault", name, faults, what)
+    fault = _known("fault", name, system.faults, label)
     try:
         if separator:
             fault.checked(float(strength))
     except ValueError:
-        raise ExtensionError(f"{what} gives {name} a strength that is not a number: {strength!r}.") from None
+        raise ExtensionError(f"{label} gives {name} a strength that is not a number: {strength!r}.") from None
     except ScenarioError as error:
-        raise ExtensionError(f"{what} has a strength that cannot be: {error}") from error
+        raise ExtensionError(f"{label} has an impossible strength: {error}") from error
     return name
 
 
-def _check_name(kind: str, name: str) -> None:
-    if not (isinstance(name, str) and name.isascii() and name.isidentifier()):
+def _check_parameter(adaptation: Adaptation, node_class: type) -> None:
+    """Check that a node's class has the parameter that an adaptation sets, if any, and takes the value."""
+    if not adaptation.parameter:
+        return
+    label = f"the parameter {adaptation.parameter!r}"
+    parameter: Any = getattr(node_class, adaptation.parameter, None)
+    default = getattr(parameter, "default", None)
+    if default is None:
         raise ExtensionError(
-            f"The name of a {kind} must be of letters, digits and _, and not begin with a digit, got {name!r}."
+            f"The class {node_class.__name__} of the node {adaptation.node} does not have {label}: "
+            f"{suggestion(adaptation.parameter, vars(node_class))}add it there, or name another (a fault's parameter "
+            "has the fault's name unless it says parameter=...)."
+        )
+    value = adaptation.value
+    if type(value) is not type(default):
+        raise ExtensionError(
+            f"The class {node_class.__name__} has {label} of type {type(default).__name__}, got {value!r}: write a "
+            f"value such as {default!r}."
+        )
+    low, high = (getattr(parameter, name, None) for name in ("minimum", "maximum"))
+    at_least, at_most = -inf if low is None else low, inf if high is None else high
+    if isinstance(value, int | float) and not at_least <= value <= at_most:
+        raise ExtensionError(
+            f"The class {node_class.__name__} takes for {label} values from {low} to {high}, got {value!r}: change "
+            "either."
         )
 
 
-ThingT = TypeVar("ThingT")
-
-
-def _known(kind: str, name: str, things: Mapping[str, ThingT], what: str) -> ThingT:
-    if name not in things:
-        raise ExtensionError(
-            f"{what} refers to the {kind} {name!r}, which is not there: {suggestion(name, things)}name one of "
-            f"{', '.join(things) or 'none'}."
+def _check_fault_parameter(fault: Fault, node_class: type) -> None:
+    """Check that the class of a fault's node takes all its strengths, starts healthy, and agrees on restarts."""
+    if (fault.node, fault.parameter) not in [(step.node, step.parameter) for step in fault.injection]:
+        return
+    for value in fault.limits or ():
+        strength = type(fault.value)(value)
+        _check_parameter(
+            Adaptation(AdaptationKind.SET_PARAMETER, fault.node, fault.parameter, strength), node_class
         )
-    return things[name]
+    parameter = getattr(node_class, fault.parameter, None)
+    default = getattr(parameter, "default", fault.healthy)
+    if default != fault.healthy:
+        raise ExtensionError(
+            f"The fault {fault.name} is healthy at {fault.healthy!r}, and the parameter {fault.parameter!r} of the "
+            f"class {node_class.__name__} begins with {default!r}: say healthy={default!r} in the Fault."
+        )
+    is_cure = (restart(fault.node),) in fault.cures
+    if getattr(parameter, "cured_by_restart", is_cure) != is_cure:
+        raise ExtensionError(
+            f"A restart of {fault.node} {'is a' if is_cure else 'is not a'} cure of the fault {fault.name}: say "
+            f"cured_by_restart={is_cure} for the parameter {fault.parameter!r} of the class {node_class.__name__}, "
+            "or change the cures."
+        )
 
 
-def _check_strengths(effect: Effect, limits: tuple[float, float], what: str) -> None:
-    low, high = limits
-    for strength in (*effect.strengths, *([] if isinstance(effect.suite, str | None) else [effect.suite])):
-        is_number = isinstance(strength, int | float) and not isinstance(strength, bool)
-        if not is_number or not low < strength <= high:
-            raise ExtensionError(
-                f"{what} needs strengths that are numbers greater than {low:g} and at most {high:g}, got {strength!r}."
-            )
+def _known(kind: str, name: str, items: Mapping[str, ItemT], label: str) -> ItemT:
+    if name not in items:
+        raise ExtensionError(
+            f"{label} refers to the {kind} {name!r}, which is not there: {suggestion(name, items)}name one of "
+            f"{', '.join(items) or 'none'}."
+        )
+    return items[name]

@@ -1,4 +1,4 @@
-"""When a cure is in place: one answer for the score, for the world that an experiment plays, and for the page."""
+"""Whether a cure is in place: the same answer for the score, the experiment's world and the page."""
 
 from collections.abc import Callable, Sequence
 from typing import Final
@@ -9,20 +9,20 @@ from sunset.system.description import Adaptation, Fault
 from sunset.system.names import full_name
 
 STATE: Final = ""
-"""What stands in the place of a parameter's name for a node's lifecycle state."""
+"""The lifecycle state of a node, in place of a parameter's name."""
 
 Key = tuple[str, str]
-"""A node, without namespace, and a parameter of it, or `STATE`."""
+"""A node, without namespace, and one of its parameters, or `STATE`."""
 
 
 def comparable_text(key: Key, value: object) -> str:
-    """Return a parameter's value, or a state, as it is compared: as ROS writes it, a topic by its full name."""
+    """Return a parameter's value, or a state, for comparison: as ROS writes it, topics by their full names."""
     text = ros_text(value)
     return full_name(text) if key in current_system().topic_parameters else text
 
 
 def goal_of(step: Adaptation) -> tuple[Key, str] | None:
-    """Return what a step of a cure sets, and to what; None of a restart and a redeploy, which set nothing."""
+    """Return the parameter or state that a step of a cure sets, and its value; None for restarts and redeploys."""
     if step.parameter:
         key = step.node, step.parameter
         return key, comparable_text(key, step.value)
@@ -35,8 +35,8 @@ def is_in_place(fault: Fault, cure: Sequence[Adaptation], setting: Callable[[Key
 
     Args:
         fault: a fault.
-        cure: one of its cures; without a goal of every step it is never in place.
-        setting: returns what is set, as `comparable_text` writes it; None if that is not known.
+        cure: one of its cures; a cure with a restart or redeploy is never in place.
+        setting: returns the current value, as `comparable_text` writes it; None if it is unknown.
     """
     goals = [goal_of(step) for step in cure]
     amounts = [setting((step.node, fault.parameter)) for step in cure]

@@ -1,93 +1,110 @@
-"""The values that describe a managed system: nodes, topics, signals, failures, faults, adaptations.
-
-Nothing here is code that does something. Nodes, harness, scenarios, metrics, tests and documentation read it.
-"""
+"""The values that describe a managed system: nodes, topics, signals, failures, faults, adaptations."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from msgspec import Meta
 
 from sunset.errors import ExtensionError, ScenarioError
 from sunset.names import ros_text
-from sunset.schemas import check_fields
+from sunset.schemas import check_fields, fields_of
+from sunset.system.names import TOPIC_PATTERN
+
+LONGEST_DELAY_S: Final = 3600.0
+"""The longest time from a node's start until it activates itself [s]."""
 
 Value = bool | int | float | str
-"""The value of a ROS parameter, as far as faults and adaptations need them."""
+"""The value of a ROS parameter that faults and adaptations set."""
+
+Name: TypeAlias = Annotated[
+    str,
+    Meta(
+        pattern=r"^[A-Za-z_][A-Za-z0-9_]*\Z",
+        description="a name of letters, digits and _ that does not begin with a digit",
+    ),
+]
+TopicName: TypeAlias = Annotated[str, Meta(pattern=TOPIC_PATTERN, description="a topic's name")]
+
+
+class _Part:
+    """A dataclass whose fields are checked, since the author of an extension may not check types."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        try:
+            check_fields(self, ExtensionError)
+        except ExtensionError as error:
+            part: type = type(self)
+            label = str(getattr(self, next(iter(fields_of(part)))))
+            raise ExtensionError(f"The {part.__name__} {label!r} is not usable: {error}") from None
 
 
 @dataclass(frozen=True, slots=True)
-class NodeDescription:
-    """One managed node.
+class NodeDescription(_Part):
+    """A managed node.
 
     Attributes:
         name: its name, without namespace.
-        node_class: its class, or where that is, as `module:Class`.
-        inputs: the topics that it subscribes to when all is well; relative names are in the managed system's namespace.
+        node_class: its class, or the class's place as `module:Class`.
+        inputs: the topics that it subscribes to in a healthy system; relative names are in the managed system's
+            namespace.
         outputs: the topics that it publishes on.
         activation_delay_s: time from its start until it activates itself [s]; negative if it does not.
-        compute_s: time that a callback of an input takes in the simulation [s]; 0 for that of any other callback.
+        compute_s: time that a callback of an input takes in the simulation [s]; 0 for the time of other callbacks.
     """
 
-    name: str
+    name: Name
     node_class: type | str
     inputs: tuple[str, ...]
-    outputs: tuple[str, ...] = ()
-    activation_delay_s: float = 0.0
-    compute_s: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Check the types."""
-        _check(self, self.name)
+    outputs: Annotated[
+        tuple[TopicName, ...], Meta(description="a tuple of topics' names, such as ('rgb_camera',)")
+    ] = ()
+    activation_delay_s: Annotated[
+        float, Meta(ge=-1, le=LONGEST_DELAY_S, description=f"a number from 0 to {LONGEST_DELAY_S:g} s, or -1")
+    ] = 0.0
+    compute_s: Annotated[float, Meta(ge=0, lt=1)] = 0.0
 
     @property
     def initial_state(self) -> str:
-        """The lifecycle state that it is in when all is well."""
+        """Its lifecycle state in a healthy system."""
         return "active" if self.activation_delay_s >= 0 else "inactive"
 
 
 @dataclass(frozen=True, slots=True)
-class Topic:
+class Topic(_Part):
     """A topic that the monitor watches.
 
     Attributes:
-        name: its name; a relative one is in the managed system's namespace.
+        name: its name; a relative name is in the managed system's namespace.
         message_type: the type of its messages, such as `sensor_msgs/msg/Image`.
     """
 
     name: str
     message_type: str = "sensor_msgs/msg/Image"
 
-    def __post_init__(self) -> None:
-        """Check the types."""
-        _check(self, self.name)
-
 
 @dataclass(frozen=True, slots=True)
-class Signal:
-    """A number that a node reports on `/diagnostics`, of which the blackboard has the mean over `WINDOW`.
+class Signal(_Part):
+    """A number that a node reports on `/diagnostics`; the blackboard has its mean over `WINDOW`.
 
     Attributes:
         node: the node that reports it.
         key: its name there.
-        unit: its unit; empty for a number without one.
-        threshold: the mean beyond it is a symptom; None if there is none, or the model's card has it.
-        below: whether the symptom is a mean below the threshold, not one above it.
+        unit: its unit; empty for a number without a unit.
+        threshold: the mean beyond it is a symptom; None without a threshold, or if the model's card has it.
+        below: whether a mean below the threshold is the symptom, instead of a mean above it.
         calibrated: whether the model's card has the threshold.
     """
 
     node: str
-    key: str
+    key: Name
     unit: str = ""
     threshold: float | None = None
     below: bool = False
     calibrated: bool = False
-
-    def __post_init__(self) -> None:
-        """Check the types."""
-        _check(self, self.key)
 
     @property
     def name(self) -> str:
@@ -96,57 +113,53 @@ class Signal:
 
     @property
     def has_threshold(self) -> bool:
-        """Whether there is a mean beyond which it is a symptom."""
+        """Whether a mean can be a symptom."""
         return self.calibrated or self.threshold is not None
 
     @property
     def threshold_name(self) -> str:
-        """What its threshold is called in model cards and records, such as `entropy_threshold`."""
+        """The name of its threshold in model cards and records, such as `entropy_threshold`."""
         return f"{self.key}_threshold"
 
     def is_beyond(self, value: float, threshold: float) -> bool:
-        """Return whether a value is on the wrong side of a threshold; one that is equal to it is not."""
+        """Return whether a value is on the wrong side of a threshold; the threshold itself is not."""
         return value < threshold if self.below else value > threshold
 
 
 @dataclass(frozen=True, slots=True)
-class Failure:
-    """What is observed when something is wrong (paper, section 3.3): a topic has stopped, or a signal is off.
+class Failure(_Part):
+    """An observable failure (paper, section 3.3): a topic stops, or a signal is beyond its threshold.
 
     Attributes:
         name: such as `F1`.
-        description: what one sees, in a few words, such as "the camera sends no images".
-        symptom: what one sees when it begins.
-        gone: what one sees when it is over.
-        topic: the topic that has stopped; empty if it is a signal.
-        signal: the name of the signal that is beyond its threshold; empty if it is a topic.
+        description: the observation in a few words, such as "the camera sends no images".
+        symptom: the observation when it begins.
+        gone: the observation when it is over.
+        topic: the topic that stops; empty if a signal shows it.
+        signal: the name of the signal; empty if a topic shows it.
     """
 
-    name: str
+    name: Name
     description: str
     symptom: str
     gone: str
     topic: str = ""
     signal: str = ""
 
-    def __post_init__(self) -> None:
-        """Check the types."""
-        _check(self, self.name)
-
 
 class FaultKind(StrEnum):
-    """Where a fault lives, which decides how long it lives."""
+    """Where a fault is, which decides how long it lasts."""
 
     INTERNAL = "internal"
     """In a node: it ends with the node's process at the latest."""
     EXTERNAL = "external"
     """In the world: it outlasts a redeploy, and the pipeline can only work around it."""
     CONFIGURATION = "configuration"
-    """In how the nodes are connected: it outlasts a redeploy too."""
+    """In the connections of nodes: it outlasts a redeploy, too."""
 
 
 class AdaptationKind(StrEnum):
-    """What a managing system can do to the managed one."""
+    """The kinds of changes that a managing system can make to the managed system."""
 
     RESTART = "restart"
     """Lifecycle deactivate, then activate."""
@@ -160,7 +173,7 @@ class AdaptationKind(StrEnum):
 
     @property
     def goal_state(self) -> str | None:
-        """The lifecycle state that it brings a node into; None where it is for something else."""
+        """The lifecycle state that an activation or deactivation leads to; None for other kinds."""
         return {AdaptationKind.ACTIVATE: "active", AdaptationKind.DEACTIVATE: "inactive"}.get(self)
 
 
@@ -170,14 +183,14 @@ KindOfAdaptation: TypeAlias = Annotated[
 
 
 @dataclass(frozen=True, slots=True)
-class Adaptation:
-    """One adaptation of one node.
+class Adaptation(_Part):
+    """An adaptation of a node.
 
     Attributes:
-        kind: what is done.
+        kind: the kind of change; its text will do.
         node: the node's name without namespace.
-        parameter: the parameter that is set; empty where none is.
-        value: what it is set to; None where none is.
+        parameter: the parameter that it sets; empty for other kinds.
+        value: the parameter's new value; None for other kinds.
     """
 
     kind: KindOfAdaptation
@@ -186,8 +199,7 @@ class Adaptation:
     value: Value | None = None
 
     def __post_init__(self) -> None:
-        """Check the types, and take the text of a kind for the kind."""
-        _check(self, self.node)
+        _Part.__post_init__(self)
         object.__setattr__(self, "kind", AdaptationKind(self.kind))
 
     def __str__(self) -> str:
@@ -208,12 +220,12 @@ def redeploy(node: str) -> Adaptation:
 
 
 Sensor: TypeAlias = Literal["camera", "depth"]
-"""Whose images: the node of that sensor."""
+"""The node of a sensor whose images a fault degrades."""
 
 
 @dataclass(frozen=True, slots=True)
-class View:
-    """A value of the parameter that chooses the sensors which the pipeline works with.
+class View(_Part):
+    """A value of the parameter that chooses the sensors of the pipeline.
 
     Attributes:
         setting: the adaptation that sets it.
@@ -229,28 +241,26 @@ class View:
     is_conclusive: bool = True
 
     def __post_init__(self) -> None:
-        """Check the types, and take a tuple or list of sensors for the set."""
-        _check(self, str(self.setting))
-        object.__setattr__(self, "sensors", frozenset(self.sensors))
+        _Part.__post_init__(self)
+        object.__setattr__(self, "sensors", frozenset(self.sensors))  # a tuple or list will do
 
 
 ImageFunction: TypeAlias = Callable[..., Any] | str
-"""What takes an image and a strength and returns an image of the same kind, or where it is, as `module:function`."""
+"""A function of an image and a strength that returns an image of the same kind, or its place as `module:function`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Effect:
-    """What a fault does to the images that the segmentation gets, so that it can be measured without nodes.
+class Effect(_Part):
+    """The effect of a fault on the segmentation's images, with which it can be measured without nodes.
 
     Attributes:
-        degrade: what the fault does to an image, at a strength.
-        strengths: those that are measured, in the order of their size; that of the suites is added.
+        degrade: the fault's effect on an image, at a strength.
+        strengths: the strengths to measure, ascending; the strength of the suites is added.
         sensor: whose images it degrades: the camera's (H, W, 3) of `uint8`, or the depth camera's (H, W) of `uint16`.
-        random: whether the functions' third argument is the generator that they draw random numbers from.
-        restore: what the cheapest cure does to the images then, at the same strength; None if they are as without the
-            fault after it.
-        suite: of a fault whose value is not a number, its strength in the suites, or the fault whose strength it has.
-        largest: of such a fault, the greatest strength.
+        random: whether the functions take a generator of random numbers as a third argument.
+        restore: the effect of the cheapest cure on these images, at the same strength; None if it restores them fully.
+        suite: for a fault whose value is not a number, its strength in the suites, or the fault whose strength it has.
+        largest: for such a fault, the greatest strength.
         unit: of the strength.
     """
 
@@ -265,28 +275,28 @@ class Effect:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fault:
-    """One fault.
+class Fault(_Part):
+    """A fault.
 
-    A fault is *cured* when its symptom is gone and the segmentation is as good as before; what its `cures` do not list
+    It is *cured* when its symptom is gone and the segmentation is as good as before; adaptations outside its `cures`
     must not cure it.
 
     Attributes:
-        name: its name in scenarios, and for most the parameter that injects it.
-        failure: the name of the failure that it shows as first.
+        name: its name in scenarios, and usually the parameter that injects it.
+        failure: the name of the failure that it first shows as.
         node: the node that it is injected into, without namespace.
-        description: what happens, one sentence.
-        cures: each entry is a set of adaptations that cure it together; the cheapest first.
+        description: a sentence about the fault.
+        cures: sets of adaptations that cure it together; the cheapest first.
         value: the value that injects it, at the strength of the suites.
-        kind: where it lives.
-        limits: least and greatest allowed value; None where the value is not a number.
-        parameter: the parameter that injects it; that of its name if empty.
-        healthy: the value of the parameter without the fault; False, 0 or 0.0 if None.
-        injection: what is done to inject it at the suite's strength; the parameter is set if empty.
-        effect: what it does to images; None if that cannot be measured without nodes.
+        kind: where it is.
+        limits: least and greatest allowed value; None if the value is not a number.
+        parameter: the parameter that injects it; by default its name.
+        healthy: the value of the parameter without the fault; by default False, 0, 0.0 or an empty text.
+        injection: the adaptations that inject it at the suites' strength; by default, the parameter is set.
+        effect: its effect on images; None if it cannot be measured without nodes.
     """
 
-    name: str
+    name: Name
     failure: str
     node: str
     description: str
@@ -303,8 +313,7 @@ class Fault:
     effect: Effect | None = None
 
     def __post_init__(self) -> None:
-        """Check the types, and put in what is left out."""
-        _check(self, self.name)
+        _Part.__post_init__(self)
         object.__setattr__(self, "kind", FaultKind(self.kind))
         parameter = self.parameter or self.name
         step = Adaptation(AdaptationKind.SET_PARAMETER, self.node, parameter, self.value)
@@ -320,72 +329,52 @@ class Fault:
 
     @property
     def cured_by(self) -> str:
-        """What cures it, in words, such as `restart camera, or redeploy camera`."""
+        """Its cures in words, such as `restart camera, or redeploy camera`."""
         return ", or ".join(self.cure_texts) or "nothing"
 
-    def is_undone(self, strength: object, amounts: Iterable[object]) -> bool:
-        """Return whether nodes that undo it are set to undo enough: at least a third of its strength.
+    @property
+    def redeploy_only(self) -> bool:
+        """Whether a redeploy is its cheapest cure."""
+        return bool(self.cures) and self.cures[0][0].kind is AdaptationKind.REDEPLOY
 
-        Such a node has a parameter of the fault's, as the image enhancement has `image_degradation`. What is not a
-        number says nothing.
+    def is_undone(self, strength: object, amounts: Iterable[object]) -> bool:
+        """Return whether nodes with a parameter that undoes it, such as the enhancement, undo a third of it or more.
 
         Args:
-            strength: what the fault's parameter is set to, or None.
-            amounts: what that parameter of the nodes of a cure is set to, or None where there is none.
+            strength: the value of the fault's parameter, or None; only a number can be too large.
+            amounts: the values of that parameter of a cure's nodes, or None for a node without it.
         """
-        wanted = _number(strength)
-        known = [amount for amount in map(_number, amounts) if amount is not None]
-        return wanted is None or all(abs(amount) >= abs(wanted) / 3 for amount in known)
+        needed = _number(strength)
+        undone = [amount for amount in map(_number, amounts) if amount is not None]
+        return needed is None or all(abs(amount) >= abs(needed) / 3 for amount in undone)
 
     def checked(self, value: Value) -> Value:
         """Return a value that injects it, in the type of the parameter.
 
         Raises:
-            ScenarioError: it does not inject it.
+            ScenarioError: the value does not inject it.
         """
         if self.limits is None:
             if type(value) is not type(self.value) or value != self.value:
                 raise ScenarioError(
-                    f"The fault {self.name} has no strength: its value must be {_shown(self.value)} or left out, got "
-                    f"{_shown(value)}."
+                    f"The fault {self.name} has no strength: its value must be {_yaml(self.value)} or left out, got "
+                    f"{_yaml(value)}."
                 )
             return self.value
         low, high = self.limits
         whole = isinstance(self.value, int)
-        if (
-            isinstance(value, bool | str)
-            or not low <= value <= high
-            or (whole and value != int(value))
-            or value == self.healthy
-        ):
+        is_number = not isinstance(value, bool | str) and low <= value <= high
+        if not is_number or (whole and value != int(value)) or value == self.healthy:
             least = "above" if self.healthy == low else "at least"
             raise ScenarioError(
                 f"The value of the fault {self.name} must be a {'whole ' if whole else ''}number {least} {low:g} and "
-                f"at most {high:g}, got {_shown(value)}."
+                f"at most {high:g}, got {_yaml(value)}."
             )
         return int(value) if whole else float(value)
 
-    @property
-    def redeploy_only(self) -> bool:
-        """Whether a redeploy cures it, and nothing cheaper."""
-        return bool(self.cures) and self.cures[0][0].kind is AdaptationKind.REDEPLOY
 
-
-def _shown(value: Value) -> str:
-    """Return a value as YAML writes it."""
+def _yaml(value: Value) -> str:
     return repr(value) if isinstance(value, str) else ros_text(value)
-
-
-def _check(part: object, name: object) -> None:
-    """Check the types of a part's fields, since an extension's author may not check them.
-
-    Raises:
-        ExtensionError: one is not as it is annotated.
-    """
-    try:
-        check_fields(part, ExtensionError)
-    except ExtensionError as error:
-        raise ExtensionError(f"The {type(part).__name__} {name!r} is not usable: {error}") from None
 
 
 def _number(value: object) -> float | None:

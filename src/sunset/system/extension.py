@@ -1,47 +1,81 @@
 """A part of a managed system, as the author of an extension writes it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
-from types import MappingProxyType
-from typing import Annotated
+from functools import lru_cache
+from typing import Annotated, TypeAlias, get_args, get_origin
 
+import yaml
 from msgspec import Meta
 
-from sunset.errors import ExtensionError
+from sunset.errors import MALFORMED_YAML, ExtensionError
 from sunset.schemas import convert, fields_of
 from sunset.system.description import (
     Adaptation,
     Failure,
     Fault,
     KindOfAdaptation,
+    Name,
     NodeDescription,
     Signal,
     Topic,
     View,
 )
-from sunset.system.suites import Suite
+from sunset.system.names import scenario_name
 from sunset.texts import shorten
+
+Suite: TypeAlias = Annotated[
+    tuple[tuple[str, ...], ...] | str, Meta(description="tuples of faults or a YAML text")
+]
+"""Scenarios, each the faults that are injected together, as `fault` or `fault=value`; or a YAML list of scenarios."""
+
+
+@lru_cache(maxsize=64)
+def names_in_suite(name: str, suite: Suite) -> tuple[str, ...]:
+    """Return the names of a suite's scenarios, in its order.
+
+    Raises:
+        ExtensionError: the text is not a YAML list of mappings with names, or a scenario is there twice.
+
+    >>> names_in_suite("mine", "[{name: late, faults: []}]"), names_in_suite("mine", (("gpu_failure",),))
+    (('mine/late',), ('mine/gpu_failure',))
+    """
+    if not isinstance(suite, str):
+        names = tuple(scenario_name(name, faults) for faults in suite)
+        for scenario in names:
+            if names.count(scenario) > 1:
+                raise ExtensionError(f"The suite {name} has the scenario {scenario} twice; name each once.")
+        return names
+    error = f"The suite {name} must be a YAML list of scenarios"
+    try:
+        scenarios = yaml.safe_load(suite)
+    except (yaml.YAMLError, *MALFORMED_YAML) as cause:
+        raise ExtensionError(f"{error}: {' '.join(str(cause).split())}.") from cause
+    if not isinstance(scenarios, list) or not all(
+        isinstance(item, dict) and "name" in item for item in scenarios
+    ):
+        raise ExtensionError(f"{error}: each must be a mapping with a name.")
+    return tuple(f"{name}/{item['name']}" for item in scenarios)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Extension:
-    """A part of a managed system, such as what a file adds to the paper's.
+    """A part of a managed system, such as the parts that a file adds to the paper's.
 
     Attributes:
         nodes: managed nodes.
-        node_classes: node of another part → the class that runs in place of its own, of which it should be a subclass.
-        topics: those that the monitor watches.
-        signals: what nodes report.
-        failures: what is observed when something is wrong.
-        faults: what can go wrong.
-        adaptations: those that the system offers besides the restart and the redeploy of every node and the steps of
-            cures.
+        node_classes: node of another part → the class that runs in place of its own, a subclass of it.
+        topics: topics that the monitor watches.
+        signals: numbers that nodes report.
+        failures: how faults show.
+        faults: causes of failures.
+        adaptations: adaptations to offer besides the restart and the redeploy of every node and the steps of cures.
         exclusive: pairs of faults that cannot be there at the same time: each would be the other's cure.
-        views: the values of the parameter that chooses the sensors which the pipeline works with; the first has all of
-            them.
+        views: the values of the parameter that chooses the sensors of the pipeline; the first has all of them.
         suites: name → its scenarios, each the faults that are injected together, as `fault` or `fault=value`; or a YAML
-            text, a list of scenarios as in scenario files, whose names are without that of the suite.
-        prices: kind of adaptation → what each costs in `utility`, in frames of healthy output.
+            text, a list of scenarios as in scenario files, whose names lack the suite's name.
+        prices: kind of adaptation → its price in `utility`, in frames of healthy output.
     """
 
     nodes: tuple[NodeDescription, ...] = ()
@@ -53,58 +87,30 @@ class Extension:
     adaptations: tuple[Adaptation, ...] = ()
     exclusive: tuple[tuple[str, str], ...] = ()
     views: tuple[View, ...] = ()
-    suites: Mapping[str, Suite] = field(default_factory=dict)
+    suites: Mapping[Name, Suite] = field(default_factory=dict)
     prices: Mapping[KindOfAdaptation, Annotated[float, Meta(ge=0, le=100_000)]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check the types, since an extension's author may not check them.
-
-        Raises:
-            ExtensionError: one is not as it must be.
-        """
-        for name, kind in _KINDS.items():
-            values = getattr(self, name)
-            if not isinstance(values, tuple | list) or not all(isinstance(value, kind) for value in values):
-                raise ExtensionError(
-                    f"The {name} of an extension must be a tuple of {kind.__name__}, got {shorten(repr(values), 100)}."
-                )
-        for name in ("node_classes", "suites", "prices"):
-            if not isinstance(values := getattr(self, name), Mapping):
-                raise ExtensionError(
-                    f"The {name} of an extension must be a dictionary, got {shorten(repr(values), 100)}."
-                )
-        where = "the prices of an extension"
-        convert(self.prices, fields_of(Extension)["prices"], where, ExtensionError, remedy="change it there")
-        for name, scenarios in self.suites.items():
-            if isinstance(scenarios, str):
+        for name, kind in fields_of(Extension).items():
+            values, item = getattr(self, name), get_args(kind)[0]
+            if get_origin(kind) is not tuple:
+                where = f"the {name} of an extension"
+                convert(values, kind, where, ExtensionError, remedy="change it there")
                 continue
-            if not _is_list(scenarios, lambda faults: _is_list(faults, lambda fault: isinstance(fault, str))):
+            item = get_origin(item) or item
+            if not isinstance(values, tuple | list) or not all(isinstance(value, item) for value in values):
                 raise ExtensionError(
-                    f"The scenarios of the suite {name} must be tuples of faults or a YAML text, got "
-                    f"{shorten(repr(scenarios), 100)}."
+                    f"The {name} of an extension must be a tuple of {item.__name__}, got {shorten(repr(values), 100)}."
+                )
+
+        for name, scenarios in self.suites.items():
+            if any(isinstance(scenario, AbstractSet) for scenario in (scenarios, *scenarios)):
+                raise ExtensionError(
+                    f"The suite {name} must be tuples of faults: a set does not have an order."
                 )
 
     @property
     def named_adaptations(self) -> tuple[Adaptation, ...]:
-        """The adaptations that it offers, those of its views, and those of its faults' injections and cures."""
+        """The adaptations that it offers, of its views, and of its faults' injections and cures."""
         steps = (step for fault in self.faults for steps in (fault.injection, *fault.cures) for step in steps)
         return (*self.adaptations, *(view.setting for view in self.views), *steps)
-
-
-def _is_list(value: object, is_item: Callable[[object], bool]) -> bool:
-    """Return whether a value is a list or tuple, which have an order as sets have not, of such items."""
-    return isinstance(value, tuple | list) and all(map(is_item, value))
-
-
-_KINDS = MappingProxyType(
-    {
-        "nodes": NodeDescription,
-        "topics": Topic,
-        "signals": Signal,
-        "failures": Failure,
-        "faults": Fault,
-        "adaptations": Adaptation,
-        "exclusive": tuple,
-        "views": View,
-    }
-)

@@ -1,4 +1,4 @@
-"""The nodes that surround the managed system, and what a managing system must leave alone."""
+"""The nodes and topics around the managed system, and the topics that a managing system must leave alone."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ SCENARIO_EXECUTOR: Final = "scenario_executor"
 EXPERIMENT: Final = "experiment"
 """The node that conducts an experiment."""
 MANAGING_SYSTEM: Final = "managing_system"
-"""What the managing system's node is called, unless its class says otherwise."""
+"""The name of the managing system's node, unless its class says otherwise."""
 
 MANAGER_PROCESS: Final = "manager"
 """The name of the process that the managing system's nodes are in."""
@@ -18,42 +18,41 @@ MANAGER_PROCESS: Final = "manager"
 REPAIR: Final = "repair"
 """The task in which a managing system adapts the managed one."""
 DIAGNOSE: Final = "diagnose"
-"""The task in which adaptations are refused, so that a managing system can only say what is wrong."""
+"""The task in which adaptations are refused, so that a managing system can only diagnose."""
 TASKS: Final = (REPAIR, DIAGNOSE)
 
 RESULT_TOPIC: Final = "/managed_subsystem/segmentation"
-"""The pipeline's output: there are messages on it only where all before it works."""
+"""The pipeline's output, which stops if any node before it stops."""
 
 SENSOR_TOPICS: Final = ("/rgb_raw", "/depth_raw")
 """The bag's images, which only the sensors of the managed system subscribe to."""
 
-
 TRUTH_TOPIC: Final = "/gt_segmentation"
-"""What the segmentation should be, as the bag has it."""
+"""The true segmentation, from the bag."""
 CLOCK_TOPIC: Final = "/clock"
 """The time of the experiment."""
 DIAGNOSTICS_TOPIC: Final = "/diagnostics"
-"""Heartbeats, with what nodes report."""
+"""Heartbeats of the managed nodes, with their signals."""
 BLACKBOARD_TOPIC: Final = "/blackboard_group"
-"""What the monitor tells managing systems."""
+"""The symptoms, from the monitor to managing systems."""
 DIAGNOSIS_TOPIC: Final = "/managing_system/diagnosis"
-"""What a managing system takes to be wrong, if it says so (`system_interfaces/msg/Diagnosis`)."""
+"""Diagnoses by managing systems (`system_interfaces/msg/Diagnosis`)."""
 EVALUATION_TOPIC: Final = "/seg_metrics"
-"""How well each frame was segmented."""
+"""The IoU of each frame."""
 INJECTIONS_TOPIC: Final = "/experiment/injections"
-"""Which faults were injected."""
+"""The injected faults."""
 FAULT_ENDS_TOPIC: Final = "/experiment/fault_ends"
-"""Which of them healed or were cured."""
+"""The injected faults that healed or were cured."""
 LOG_TOPIC: Final = "/experiment/log"
-"""When the experiment began and ended."""
+"""Begin and end of the experiment."""
 COMMANDS_TOPIC: Final = "/experiment/commands"
-"""What the record says of requests to the managed system (`system_interfaces/msg/Command`)."""
+"""Requests to the managed system, in records only (`system_interfaces/msg/Command`)."""
 PARAMETER_EVENTS_TOPIC: Final = "/parameter_events"
-"""On which every node publishes changes of its parameters; managed nodes leave out what the experiment injects."""
+"""Changes of parameters, except those that the experiment injects."""
 INJECTED_EVENTS_TOPIC: Final = "/experiment/parameter_events"
-"""On which managed nodes publish changes of fault parameters, and of other parameters that the experiment sets."""
+"""Changes of fault parameters, and of other parameters that the experiment sets."""
 PARAMETER_TOPICS: Final = (PARAMETER_EVENTS_TOPIC, INJECTED_EVENTS_TOPIC)
-"""On which all changes of parameters are published, each once."""
+"""The two topics with all changes of parameters, each once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +61,9 @@ class HarnessNode:
 
     Attributes:
         name: its name.
-        node_class: where the class is that a process of it runs, as `module:Class`; empty if none does.
+        node_class: the place of the class that its process runs, as `module:Class`; empty without a process.
         outputs: the topics that no other node may publish on.
-        commands: whether what it asks of the managed system is the experiment's own, such as to inject faults.
+        commands: whether its requests to the managed system are the experiment's own, such as to inject faults.
         off_limits: whether a managing system must not call its services.
     """
 
@@ -75,15 +74,13 @@ class HarnessNode:
     off_limits: bool = True
 
 
+_PLAYED: Final = (*SENSOR_TOPICS, TRUTH_TOPIC, CLOCK_TOPIC)
+_SHOWN: Final = ("/views/depth", "/views/labels")
 HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
     {
         node.name: node
         for node in (
-            HarnessNode(
-                BAG_PLAYER,
-                "sunset.harness.live_bag_player:LiveBagPlayer",
-                (*SENSOR_TOPICS, TRUTH_TOPIC, CLOCK_TOPIC),
-            ),
+            HarnessNode(BAG_PLAYER, "sunset.harness.live_bag_player:LiveBagPlayer", _PLAYED),
             HarnessNode("monitor", "sunset.harness.monitor:Monitor", (BLACKBOARD_TOPIC,), off_limits=False),
             HarnessNode("evaluator", "sunset.harness.evaluator:Evaluator", (EVALUATION_TOPIC,)),
             HarnessNode(
@@ -92,9 +89,7 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
                 (INJECTIONS_TOPIC, FAULT_ENDS_TOPIC),
                 commands=True,
             ),
-            HarnessNode(
-                "image_views", "sunset.harness.image_views:ImageViews", ("/views/depth", "/views/labels")
-            ),
+            HarnessNode("image_views", "sunset.harness.image_views:ImageViews", _SHOWN),
             HarnessNode("launcher", commands=True, off_limits=False),
             HarnessNode(EXPERIMENT, outputs=(LOG_TOPIC,), commands=True),
         )
@@ -103,10 +98,10 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
 """The nodes of an experiment that are not managed, by name; `image_views` runs only where a user starts it."""
 
 RESERVED_NAMES: Final = frozenset({*HARNESS, MANAGER_PROCESS, MANAGING_SYSTEM, "operator"})
-"""What no managed node may be called."""
+"""Names that managed nodes must not have."""
 
 SURROUNDING: Final = (BAG_PLAYER, "monitor", "evaluator")
-"""Those that feed and watch the managed system, whether there is an experiment or not."""
+"""The nodes that feed and watch the managed system, with or without an experiment."""
 
 INFRASTRUCTURE: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.commands)
 """Full names of the nodes whose commands are the experiment's own, such as to inject faults."""

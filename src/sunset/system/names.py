@@ -8,9 +8,9 @@ NAMESPACE: Final = "/managed_subsystem"
 """The namespace of the managed system."""
 
 FAULT_ACCESS: Final = "fault_access"
-"""The parameter of managed nodes that lets the experiment change and end faults that are there."""
+"""The parameter of managed nodes that lets the experiment change and end faults."""
 
-_TOPIC: Final = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+TOPIC_PATTERN: Final = r"^/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*\Z"
 
 
 def is_topic_name(name: str) -> bool:
@@ -19,11 +19,11 @@ def is_topic_name(name: str) -> bool:
     >>> is_topic_name("rgb_camera"), is_topic_name("/a/b_1"), is_topic_name("~/rgb"), is_topic_name("a b")
     (True, True, False, False)
     """
-    return _TOPIC.fullmatch(name) is not None
+    return re.search(TOPIC_PATTERN, name) is not None
 
 
 def full_name(name: str) -> str:
-    """Return the full name of a node or topic; a relative one is in the managed system's namespace.
+    """Return the full name of a node or topic; a relative name is in the managed system's namespace.
 
     >>> full_name("camera"), full_name("/rgb_raw")
     ('/managed_subsystem/camera', '/rgb_raw')
@@ -41,7 +41,7 @@ def short_name(name: str) -> str:
 
 
 def scenario_name(suite: str, faults: Sequence[str]) -> str:
-    """Return the name of a suite's scenario; one without a fault has the suite's name.
+    """Return the name of a suite's scenario; a scenario without faults has the suite's name.
 
     >>> scenario_name("degraded", ("image_shift", "autofocus_needed")), scenario_name("nofault", ())
     ('degraded/image_shift+autofocus_needed', 'nofault')
@@ -68,18 +68,10 @@ def age_entry(topic: str) -> str:
 
 
 def state_entry(node: str) -> str:
-    """Return the blackboard's entry with the lifecycle state of a node, which is given by its short name.
-
-    >>> state_entry("camera")
-    'camera_lc_state'
-    """
+    """Return the blackboard's entry with the lifecycle state of a node, such as `camera_lc_state` for `camera`."""
     return f"{node}_lc_state"
 
 
 def heartbeat_entry(node: str) -> str:
-    """Return the blackboard's entry with the frequency of the heartbeats of a node, which is given by its short name.
-
-    >>> heartbeat_entry("camera")
-    'camera_heartbeat_freq'
-    """
+    """Return the blackboard's entry with the frequency of heartbeats, such as `camera_heartbeat_freq`."""
     return f"{node}_heartbeat_freq"

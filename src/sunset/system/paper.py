@@ -1,9 +1,11 @@
-"""The paper's managed system: a drone's perception pipeline, its eleven faults, and what cures each."""
+"""The paper's managed system: a drone's perception pipeline, its eleven faults, and their cures."""
 
 from itertools import combinations, product
+from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
+from sunset.input_files import read_text
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
@@ -19,10 +21,9 @@ from sunset.system.description import (
     restart,
 )
 from sunset.system.extension import Extension
-from sunset.system.suites import suite_text
 
 IMAGE_DEGRADATION_RANGE: Final = (0.0, 1.9)
-"""Least and greatest strength of the images' degradation; at 2 nothing would be left of the image."""
+"""Least and greatest strength of the images' degradation; at 2 the image would be black."""
 
 DEPTH_DEGRADATION_RANGE: Final = (0.0, 100.0)
 """Least and greatest standard deviation of the depth's noise, in metres."""
@@ -31,10 +32,10 @@ BLUR_SIGMA: Final = 2.0
 """Standard deviation in pixels of an unfocused camera's blur, on an image 256 wide."""
 
 ENTROPY_SIGNAL: Final = Signal("segmentation", "entropy", calibrated=True)
-"""How unsure the segmentation is."""
+"""The uncertainty of the segmentation."""
 
 SHARPNESS_SIGNAL: Final = Signal("camera", "sharpness", below=True, calibrated=True)
-"""How sharp the camera finds its images."""
+"""The sharpness of the camera's images."""
 
 _NODES: Final = (
     NodeDescription("camera", "sunset.nodes:Camera", ("/rgb_raw",), ("rgb_camera",), 4.0, 0.002),
@@ -63,11 +64,6 @@ _TOPICS: Final = (
     Topic("rgb_enhanced"),
     Topic("sensors_fused", "system_interfaces/msg/SensorFusion"),
     Topic("segmentation"),
-)
-
-_SIGNALS: Final = (
-    ENTROPY_SIGNAL,
-    SHARPNESS_SIGNAL,
 )
 
 _FAILURES: Final = (
@@ -129,7 +125,7 @@ _VIEWS: Final = (
 _RECALIBRATE = Adaptation(AdaptationKind.SET_PARAMETER, "sensor_fusion", "do_recalibration", value=True)
 _AUTOFOCUS = Adaptation(AdaptationKind.SET_PARAMETER, "camera", "perform_autofocus", value=True)
 
-_DEGRADATIONS: Final = (0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.5)
+_IMAGE_DEGRADATIONS: Final = (0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.5)
 
 _PRICES: Final = MappingProxyType(
     {
@@ -141,7 +137,7 @@ _PRICES: Final = MappingProxyType(
         AdaptationKind.REDEPLOY: 10.0,
     }
 )
-"""In frames, of which the paper's flight has ten in a second: what an adaptation would cost if nothing was wrong."""
+"""In frames, of which the paper's flight has ten a second: the output that an adaptation costs a healthy system."""
 
 _FAULTS: Final = (
     Fault(
@@ -197,7 +193,7 @@ _FAULTS: Final = (
         effect=Effect(
             degrade="sunset.faults:degrade_image",
             restore="sunset.faults:enhance_image",
-            strengths=_DEGRADATIONS,
+            strengths=_IMAGE_DEGRADATIONS,
         ),
         description="The camera's images are darker and their colours are shifted.",
     ),
@@ -212,7 +208,7 @@ _FAULTS: Final = (
         cures=((USE_CAMERA,),),
         injection=(_ACTIVATE_ENHANCEMENT, _USE_ENHANCED),
         effect=Effect(
-            degrade="sunset.faults:enhance_image", strengths=_DEGRADATIONS, suite="image_degradation"
+            degrade="sunset.faults:enhance_image", strengths=_IMAGE_DEGRADATIONS, suite="image_degradation"
         ),
         description="The image enhancement is applied to images that are good without it.",
     ),
@@ -264,7 +260,7 @@ _FAULTS: Final = (
 
 _EXCLUSIVE: Final = (("image_degradation", "unneeded_enhancement"),)
 
-# by name, so that the paper's suites stay what they are when a fault is added
+# by name, so that the paper's suites stay the same when a fault is added
 _OUTAGES: Final = (
     "camera_driver_issue",
     "hardware_disconnect",
@@ -274,19 +270,19 @@ _OUTAGES: Final = (
     "gpu_failure",
 )
 _OUTAGES_OF_NODES: Final = (_OUTAGES[:2], _OUTAGES[2:4], _OUTAGES[4:])
-_OTHERS: Final = (
+_DEGRADATIONS: Final = (
     "image_degradation",
     "unneeded_enhancement",
     "image_shift",
     "depth_degradation",
     "autofocus_needed",
 )
-_PAIRS: Final = tuple(pair for pair in combinations(_OTHERS, 2) if pair not in _EXCLUSIVE)
+_PAIRS: Final = tuple(pair for pair in combinations(_DEGRADATIONS, 2) if pair not in _EXCLUSIVE)
 
 PAPER: Final = Extension(
     nodes=_NODES,
     topics=_TOPICS,
-    signals=_SIGNALS,
+    signals=(ENTROPY_SIGNAL, SHARPNESS_SIGNAL),
     failures=_FAILURES,
     faults=_FAULTS,
     prices=_PRICES,
@@ -322,6 +318,9 @@ PAPER: Final = Extension(
             for nodes in combinations(_OUTAGES_OF_NODES, count)
             for outages in product(*nodes)
         ),
-        **{name: suite_text(name) for name in ("timed", "transient", "cascade", "calm", "long")},
+        **{
+            name: read_text(Path(__file__).parent / "suite_files" / f"{name}.yaml")
+            for name in ("timed", "transient", "cascade", "calm", "long")
+        },
     },
 )

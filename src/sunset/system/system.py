@@ -1,4 +1,4 @@
-"""The managed system as one value: its parts, and what follows from them."""
+"""The managed system as a value: its parts, and the tables that follow from them."""
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
@@ -7,19 +7,7 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import Any, Protocol, TypeVar
 
-from sunset.errors import ExtensionError, ScenarioError
-from sunset.system.checks import (
-    check_adaptation,
-    check_effect,
-    check_failures,
-    check_fault,
-    check_node_classes,
-    check_nodes,
-    check_scenarios,
-    check_signals,
-    check_topics,
-    check_views,
-)
+from sunset.errors import ExtensionError
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
@@ -34,7 +22,7 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
-from sunset.system.extension import Extension
+from sunset.system.extension import Extension, Suite
 from sunset.system.harness import (
     COMMANDS_TOPIC,
     DIAGNOSTICS_TOPIC,
@@ -44,8 +32,6 @@ from sunset.system.harness import (
     SENSOR_TOPICS,
 )
 from sunset.system.names import FAULT_ACCESS, full_name
-from sunset.system.suites import Suite
-from sunset.texts import suggestion
 
 
 class _Named(Protocol):
@@ -59,31 +45,14 @@ NamedT = TypeVar("NamedT", bound=_Named)
 class System:
     """A managed system.
 
-    Args:
-        *parts: what it is made of; a later part may refer to an earlier one.
+    Its attributes raise an `ExtensionError` where parts contradict each other; `check_system` reads all of them.
 
-    Raises:
-        ExtensionError: a name is taken, or a part refers to what is not there.
+    Args:
+        *parts: the paper's part and extensions of it.
     """
 
     def __init__(self, *parts: Extension) -> None:
         self.parts = parts
-        check_nodes(self.nodes, self.publishers)
-        for part in parts:
-            check_node_classes(part.node_classes, self.nodes)
-        published = {*self.publishers, *SENSOR_TOPICS}
-        check_topics(map(full_name, self.topics), published)
-        for adaptation in self.adaptations:
-            check_adaptation(adaptation, self.nodes, published)
-        check_views(self.views, self.nodes, self.upstream)  # raises if there is a cycle
-        check_signals(self.signals.values(), self.nodes)
-        active = {topic for topic, node in self.publishers.items() if self.initial_states[node] == "active"}
-        stopping = active.intersection(map(full_name, self.topics))
-        check_failures(self.failures.values(), self.signals, stopping)
-        for fault in self.faults.values():
-            check_fault(fault, self.nodes, self.failures)
-            check_effect(fault, self.faults, self.signals.get(self.failures[fault.failure].signal))
-        check_scenarios(self.suites, self.exclusive, self.faults)
 
     @cached_property
     def nodes(self) -> Mapping[str, NodeDescription]:
@@ -124,12 +93,11 @@ class System:
         return tuple(dict.fromkeys(offered))
 
     def price(self, kind: str) -> float:
-        """Return what an adaptation costs, in frames; any other lifecycle transition costs what an activation does."""
-        return self._prices.get(kind, self._prices[AdaptationKind.ACTIVATE])
-
-    @cached_property
-    def _prices(self) -> Mapping[str, float]:
-        return {kind: price for part in self.parts for kind, price in part.prices.items()}
+        """Return the price of an adaptation in frames; other lifecycle transitions cost as much as an activation."""
+        prices: dict[str, float] = {}
+        for part in self.parts:
+            prices |= {str(kind): price for kind, price in part.prices.items()}
+        return prices.get(kind, prices[AdaptationKind.ACTIVATE])
 
     @cached_property
     def exclusive(self) -> tuple[tuple[str, str], ...]:
@@ -138,7 +106,7 @@ class System:
 
     @cached_property
     def views(self) -> tuple[View, ...]:
-        """The values of the parameter that chooses the sensors which the pipeline works with."""
+        """The values of the parameter that chooses the sensors of the pipeline."""
         return tuple(view for part in self.parts for view in part.views)
 
     @cached_property
@@ -150,7 +118,7 @@ class System:
                 if name in suites:
                     raise _taken_error("suite", name)
                 suites[name] = scenarios if isinstance(scenarios, str) else tuple(map(tuple, scenarios))
-        return MappingProxyType(suites)
+        return suites
 
     @cached_property
     def publishers(self) -> Mapping[str, str]:
@@ -161,24 +129,20 @@ class System:
                 if topic in publishers or topic in _RESERVED_TOPICS:
                     raise _taken_error("topic", topic)
                 publishers[topic] = node.name
-        return MappingProxyType(publishers)
+        return publishers
 
     @cached_property
     def inputs(self) -> Mapping[str, frozenset[str]]:
-        """Node → full names of the topics that it may subscribe to, by whatever adaptation."""
+        """Node → full names of the topics that it may subscribe to, before or after an adaptation."""
         inputs = {node.name: {*map(full_name, node.inputs)} for node in self.nodes.values()}
         for adaptation in self.adaptations:
             if adaptation.kind is AdaptationKind.CHANGE_TOPIC:
                 inputs[adaptation.node].add(full_name(str(adaptation.value)))
-        return MappingProxyType({node: frozenset(topics) for node, topics in inputs.items()})
+        return {node: frozenset(topics) for node, topics in inputs.items()}
 
     @cached_property
     def upstream(self) -> Mapping[str, frozenset[str]]:
-        """Node → the nodes that its input may come from, however far up.
-
-        Raises:
-            ExtensionError: the wiring has a cycle.
-        """
+        """Node → the nodes that its input may come from, directly or through other nodes."""
         direct = {
             node: {self.publishers[topic] for topic in topics if topic in self.publishers}
             for node, topics in self.inputs.items()
@@ -192,29 +156,27 @@ class System:
         upstream: dict[str, frozenset[str]] = {}
         for node in order:
             upstream[node] = frozenset(direct[node]).union(*(upstream[other] for other in direct[node]))
-        return MappingProxyType(upstream)
+        return upstream
 
     @cached_property
     def failing_nodes(self) -> Mapping[str, str]:
-        """Failure → the node that fails: it publishes the topic, or reports the signal."""
-        return MappingProxyType(
-            {
-                failure.name: self.publishers[full_name(failure.topic)]
-                if failure.topic
-                else self.signals[failure.signal].node
-                for failure in self.failures.values()
-            }
-        )
+        """Failure → the node that publishes its topic or reports its signal."""
+        return {
+            failure.name: self.publishers[full_name(failure.topic)]
+            if failure.topic
+            else self.signals[failure.signal].node
+            for failure in self.failures.values()
+        }
 
     @cached_property
     def outages(self) -> frozenset[str]:
-        """The failures that are a topic that has stopped."""
+        """The failures in which a topic stops."""
         return frozenset(failure.name for failure in self.failures.values() if failure.topic)
 
     @cached_property
     def initial_states(self) -> Mapping[str, str]:
-        """Node → its lifecycle state when all is well."""
-        return MappingProxyType({node.name: node.initial_state for node in self.nodes.values()})
+        """Node → its lifecycle state in a healthy system."""
+        return {node.name: node.initial_state for node in self.nodes.values()}
 
     @cached_property
     def managed_nodes(self) -> frozenset[str]:
@@ -223,27 +185,25 @@ class System:
 
     @cached_property
     def all_nodes(self) -> frozenset[str]:
-        """The full names of all nodes that are not the managing system's."""
+        """The full names of the managed nodes and of the experiment's own."""
         return self.managed_nodes | {f"/{name}" for name in HARNESS}
 
     @cached_property
     def own_topics(self) -> frozenset[str]:
-        """Full names of topics on which only the managed system and the experiment publish, as all below them."""
+        """Full names of the topics on which only the managed system and the experiment publish."""
         return frozenset({DIAGNOSTICS_TOPIC, *_HARNESS_TOPICS, *self.publishers})
 
     @cached_property
     def sensors(self) -> Mapping[str, frozenset[str]]:
         """Sensor topic → full names of the nodes that may subscribe to it; others would bypass the sensors' faults."""
-        return MappingProxyType(
-            {
-                topic: frozenset(full_name(node) for node, inputs in self.inputs.items() if topic in inputs)
-                for topic in SENSOR_TOPICS
-            }
-        )
+        return {
+            topic: frozenset(full_name(node) for node, inputs in self.inputs.items() if topic in inputs)
+            for topic in SENSOR_TOPICS
+        }
 
     @cached_property
     def topic_parameters(self) -> frozenset[tuple[str, str]]:
-        """The parameters that name a topic which a node subscribes to, as (node, parameter)."""
+        """The parameters that name a topic to subscribe to, as (node, parameter)."""
         return frozenset(
             (adaptation.node, adaptation.parameter)
             for adaptation in self.adaptations
@@ -264,57 +224,35 @@ class System:
     @cached_property
     def compute_s(self) -> Mapping[str, float]:
         """Node → time that a callback of an input takes in the simulation [s]."""
-        return MappingProxyType({node.name: node.compute_s for node in self.nodes.values() if node.compute_s})
-
-    def fault(self, name: str) -> Fault:
-        """Return the fault of that name.
-
-        Raises:
-            ScenarioError: there is none; the message lists those that there are.
-        """
-        try:
-            return self.faults[name]
-        except KeyError:
-            raise ScenarioError(
-                f"There is no fault {name!r}: {suggestion(name, self.faults)}choose one of {', '.join(self.faults)}."
-            ) from None
+        return {node.name: node.compute_s for node in self.nodes.values() if node.compute_s}
 
     def node_class(self, name: str) -> type:
-        """Return the class of a managed node, or of one of the harness that a process runs.
+        """Return the class of a managed node, or of a node of the harness that has a process.
 
-        Of those that extensions put in the place of each other it is the last subclass.
-
-        Raises:
-            ExtensionError: it cannot be imported.
+        If several extensions replace the class of a node, it is the last subclass.
         """
         replaced = [part.node_classes[name] for part in self.parts if name in part.node_classes]
         if replaced:
             return max(replaced, key=lambda node_class: len(node_class.__mro__))
-        found = (self.nodes.get(name) or HARNESS[name]).node_class
-        if isinstance(found, type):
-            return found
-        imported: type = _imported(found, f"The class {found} of the node {name}")
-        return imported
+        place = (self.nodes.get(name) or HARNESS[name]).node_class
+        node_class: type = _imported(place, f"The class {place} of the node {name}")
+        return node_class
 
     def image_function(self, function: ImageFunction) -> Callable[..., Any]:
-        """Return a function of a fault's effect.
-
-        Raises:
-            ExtensionError: it cannot be imported.
-        """
-        if not isinstance(function, str):
-            return function
+        """Return a function of a fault's effect."""
         imported: Callable[..., Any] = _imported(function, f"The function {function} of a fault's effect")
         return imported
 
 
-def _imported(where: str, what: str) -> Any:
-    """Return what stands at `module:name`."""
-    module, _, attribute = where.partition(":")
+def _imported(place: object, label: str) -> Any:
+    """Return the class or function at `module:name`, or one that is given as such."""
+    if not isinstance(place, str):
+        return place
+    module, _, name = place.partition(":")
     try:
-        return getattr(import_module(module), attribute)
+        return getattr(import_module(module), name)
     except (ImportError, AttributeError, ValueError) as error:
-        raise ExtensionError(f"{what} cannot be imported: {error}.") from error
+        raise ExtensionError(f"{label} cannot be imported: {error}.") from error
 
 
 _HARNESS_TOPICS = frozenset(topic for node in HARNESS.values() for topic in node.outputs)

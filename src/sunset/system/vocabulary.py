@@ -1,7 +1,7 @@
-"""What a managing system may know of the managed one: its nodes, topics and signals, and what can go wrong with it.
+"""The part of the description that managing systems may know: nodes, topics, signals, and the catalogue of faults.
 
-What is wrong in a run is not known here: the catalogue says of every fault that there could be how it shows and what
-cures it. The topics of the experiment are here for the oracle, which is the only one that may read them.
+The catalogue lists how each possible fault shows, and its cures. The faults of a run are not here. The experiment's
+topics are here for the oracle, the only managing system that may read them.
 """
 
 from collections.abc import Mapping
@@ -102,25 +102,25 @@ def described_signals() -> tuple[Signal, ...]:
 
 
 def described_faults() -> Mapping[str, Fault]:
-    """Return the faults that there could be, by name."""
+    """Return the catalogue of faults, by name."""
     return current_system().faults
 
 
 def described_failures() -> Mapping[str, Failure]:
-    """Return the failures that they show as, by name."""
+    """Return the failures that faults show as, by name."""
     return current_system().failures
 
 
 def described_views() -> tuple[View, ...]:
-    """Return the values of the parameter that chooses the sensors which the pipeline works with."""
+    """Return the values of the parameter that chooses the sensors of the pipeline."""
     return current_system().views
 
 
 def price_s(adaptation: Adaptation) -> float:
-    """Return what an adaptation costs in `utility`, in seconds of healthy output."""
+    """Return the price of an adaptation in `utility`, in seconds of healthy output."""
     return current_system().price(adaptation.kind) * PERIOD_S
 
 
 def offered_adaptations() -> tuple[Adaptation, ...]:
-    """Return what a managing system can do to the managed one, in an order that does not tell what cures what."""
+    """Return the adaptations that a managing system can request, in an order that does not reveal cures."""
     return tuple(sorted(current_system().adaptations, key=str))

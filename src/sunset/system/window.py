@@ -1,45 +1,43 @@
-"""Times: how long an experiment is, over which samples signals are averaged, when a topic has stopped."""
+"""Times: the length of an experiment, the samples of a mean, the silence of a stopped topic."""
 
 from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
 DURATION_S: Final = 20.0
-"""How long the paper measures [s]."""
+"""The time that the paper measures [s]."""
 
 PERIOD_S: Final = 0.1
 """Time between two frames of a flight [s]."""
 
 SILENCE_S: Final = 1.0
-"""A topic without a message for so long has stopped [s]."""
+"""A topic without a message for this time has stopped [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """Over which samples a signal is averaged.
+    """The samples that a signal is averaged over.
 
     Attributes:
-        samples: how many; the last ones.
-        gap_s: samples before a gap longer than this say nothing about those after it [s].
+        samples: the number of samples; the last ones are taken.
+        gap_s: a longer gap separates samples: a mean is over the samples after it [s].
     """
 
     samples: int = 5
     gap_s: float = 1.0
 
 
-_SECOND_NS: Final = 10**9
-_MOST: Final = 1000
-"""Events of a second that are counted."""
-
 WINDOW: Final = Window()
 """The window of every signal."""
+
+_SECOND_NS: Final = 10**9
 
 
 class Rate:
     """Counts the events of the last second, up to 1000."""
 
     def __init__(self) -> None:
-        self._times: deque[int] = deque(maxlen=_MOST)
+        self._times: deque[int] = deque(maxlen=1000)
         self._last_ns = 0
 
     def note(self, now_ns: int) -> None:
@@ -48,7 +46,7 @@ class Rate:
         self._last_ns = now_ns
 
     def age_s(self, now_ns: int) -> float:
-        """Return how long ago the last event was, to the millisecond [s]; there must have been one."""
+        """Return the time since the last event, to the millisecond [s]; there must be an event."""
         return round(max(0, now_ns - self._last_ns) / _SECOND_NS, 3)  # time may have been set back
 
     def frequency(self, now_ns: int) -> float:
@@ -60,11 +58,11 @@ class Rate:
 
 
 class MovingMean:
-    """The mean of the last samples of a signal; after a gap, the one before it until there are enough new ones.
+    """The mean of the last samples of a signal; after a gap, the previous mean until there are enough samples.
 
     Args:
-        gap: samples before a gap longer than this say nothing about those after it, in the unit of their times.
-        samples: over how many the mean is.
+        gap: a longer gap separates samples, in the unit of their times.
+        samples: the number of samples of the mean.
 
     >>> mean = MovingMean(gap=1.0, samples=2)
     >>> [mean.add(time, value) for time, value in ((0.0, 1.0), (0.5, 2.0), (2.0, 5.0), (3.0, 6.0))]
@@ -80,7 +78,7 @@ class MovingMean:
         """The mean; None until there are enough samples."""
 
     def add(self, time: float, value: float) -> float | None:
-        """Add a sample, and return the mean that it is the last one of; None until there are enough without a gap."""
+        """Add a sample, and return the mean that ends with it; None until there are enough without a gap."""
         if self._samples and time - self._samples[-1][0] > self._gap:
             self._samples.clear()
         self._samples.append((time, value))
@@ -91,5 +89,5 @@ class MovingMean:
 
     @property
     def since(self) -> float:
-        """The time of the first sample that the mean is over."""
+        """The time of the mean's first sample."""
         return self._samples[0][0]

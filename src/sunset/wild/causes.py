@@ -1,10 +1,8 @@
-"""What may go wrong that no catalogue lists: how it shows, and what cures it; `suite.yaml` says when it comes.
+"""Faults that no catalogue lists, with their cures; `suite.yaml` has their onsets.
 
-Confined processes cannot read this folder, so that a managing system knows of these faults what it can reason out.
-The two of `SEALED` are in no suite: only a split with a salt draws them.
-
-Strengths are chosen from what `scripts/measure_wild` prints: the symptom's signal is clearly beyond its threshold, and
-the IoU a quarter lower or more, on the default flight with the model `lite`.
+Confined processes cannot read this folder, so a managing system knows only its own conclusions about these faults.
+Their strengths are chosen from the output of `scripts/measure_wild`: the symptom's signal is clearly beyond its
+threshold, and the IoU lower by a quarter or more, on the default flight with the model `lite`.
 """
 
 from pathlib import Path
@@ -23,8 +21,7 @@ from sunset.system import (
 )
 
 
-def _anew(node: str) -> tuple[tuple[Adaptation, ...], ...]:
-    """Return the cures of what a new start of a node ends."""
+def _either(node: str) -> tuple[tuple[Adaptation, ...], ...]:
     return (restart(node),), (redeploy(node),)
 
 
@@ -33,7 +30,7 @@ _FAULTS: Final = (
         name="frozen_image",
         failure="F4",
         node="camera",
-        cures=_anew("camera"),
+        cures=_either("camera"),
         description="The camera repeats its last image under new stamps.",
     ),
     Fault(
@@ -43,7 +40,7 @@ _FAULTS: Final = (
         value=0.75,
         limits=(0.0, 20.0),
         cures=((redeploy("camera"),),),
-        description="The camera's exposure control is off until the hardware starts anew: its images are too bright.",
+        description="The camera's exposure control is off until the hardware restarts: its images are too bright.",
     ),
     Fault(
         name="cold_light",
@@ -61,7 +58,7 @@ _FAULTS: Final = (
         node="camera",
         value=0.85,
         limits=(0.0, 1.0),
-        cures=_anew("camera"),
+        cures=_either("camera"),
         description="A film on the camera's lens scatters the light, until the camera's start shakes it off.",
     ),
     Fault(
@@ -71,13 +68,13 @@ _FAULTS: Final = (
         value=2.0,
         limits=(0.0, 10.0),
         cures=((redeploy("depth"),),),
-        description="The depth camera's scale is off until the hardware starts anew: all is too far away.",
+        description="The depth camera's scale is off until the hardware restarts: all is too far away.",
     ),
     Fault(
         name="lossy_link",
         failure="F2",
         node="depth",
-        cures=_anew("depth"),
+        cures=_either("depth"),
         description="Of twenty depth images, one arrives.",
     ),
     Fault(
@@ -93,7 +90,7 @@ _FAULTS: Final = (
         name="short_buffer",
         failure="F3",
         node="sensor_fusion",
-        cures=_anew("sensor_fusion"),
+        cures=_either("sensor_fusion"),
         description="The fusion sends half of each image only, which the segmentation drops.",
     ),
     Fault(
@@ -120,12 +117,12 @@ _FAULTS: Final = (
         healthy="rgb_camera",
         kind=FaultKind.CONFIGURATION,
         cures=((USE_CAMERA,),),
-        description="The fusion was left on the enhanced images, which nobody publishes.",
+        description="The fusion was left on the enhanced images, without a publisher.",
     ),
 )
 
 SEALED: Final = ("upside_down", "idle_input")
-"""Those that no suite has."""
+"""Faults without a suite: only a split with a salt draws them."""
 
 UNLISTED: Final = Extension(
     faults=_FAULTS,

@@ -1,7 +1,7 @@
-"""The managed nodes with what may go wrong in them that no catalogue lists.
+"""The managed nodes with the faults that no catalogue lists.
 
-They stand in the place of the ordinary ones in runs that have such a fault, and in no other. Until one comes they do
-the same, and their lists of parameters are the same, too.
+They replace the ordinary nodes in runs with such a fault only. Before its onset, they behave the same, and list the
+same parameters.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,18 +23,18 @@ from sunset.nodes import AdaptiveNode, Camera, Depth, FaultParameter, Fusion, No
 from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_bgr, image_of_depth, stamp_ns
 
 _ARRIVING: Final = 20
-"""One in so many images arrives on a link that loses them."""
+"""One of 20 images arrives on a lossy link."""
 _SLOW_S: Final = 2.5
-"""Time that a segmentation of both images takes where the processor is hot."""
+"""Time that a segmentation of both images takes on a hot processor [s]."""
 _SCATTER: Final = 6 / 256
-"""Standard deviation of how far scattered light is off, as a share of the image's width."""
+"""Standard deviation of scattered light, as a share of the image's width."""
 
 Colours: TypeAlias = npt.NDArray[np.uint8]
 Depths: TypeAlias = npt.NDArray[np.uint16]
 
 
 def overexpose(bgr: Colours, strength: float) -> Colours:
-    """Multiply the light by 1 + `strength`; what is too bright is white."""
+    """Multiply the light by 1 + `strength`, up to white."""
     return cast("Colours", cv2.convertScaleAbs(bgr, alpha=1 + strength))
 
 
@@ -44,14 +44,14 @@ def tint(bgr: Colours, strength: float) -> Colours:
 
 
 def scatter(bgr: Colours, strength: float) -> Colours:
-    """Replace a share of the light by that of the surroundings."""
+    """Replace a share of the light by light from the surroundings."""
     return cast(
         "Colours", cv2.addWeighted(bgr, 1 - strength, blur(bgr, _SCATTER * bgr.shape[1]), strength, 0)
     )
 
 
 def turn(bgr: Colours, strength: float) -> Colours:
-    """Turn an image by half, whatever the strength."""
+    """Turn an image by half, at any strength."""
     del strength
     return cast("Colours", cv2.rotate(bgr, cv2.ROTATE_180))
 
@@ -66,7 +66,7 @@ class _Unlisted(AdaptiveNode):
     """A node that does not list the parameters of its own class."""
 
     def list_parameters(self, prefixes: Sequence[str], depth: int) -> ListParametersResult:
-        """Return the names of the others."""
+        """Return the names of the other parameters."""
         listed = super().list_parameters(prefixes, depth)
         listed.names = [name for name in listed.names if name not in vars(type(self))]
         return listed
@@ -75,31 +75,22 @@ class _Unlisted(AdaptiveNode):
 class WildCamera(_Unlisted, Camera):
     """A camera whose images may be old, too bright, of the wrong colours, seen through a film, or upside down."""
 
-    frozen_image = FaultParameter(
-        False, "internal fault: the last image comes again and again", cured_by_restart=True
-    )
+    _last: Colours | None = None
+    frozen_image = FaultParameter(False, "internal fault: the last image is repeated", cured_by_restart=True)
     overexposure = FaultParameter(
-        0.0,
-        "internal fault: how much more light is taken than is right, as a share, until a redeploy",
-        minimum=0.0,
-        maximum=20.0,
+        0.0, "internal fault: share of excess light, until a redeploy", minimum=0.0, maximum=20.0
     )
     lens_film = FaultParameter(
         0.0,
-        "internal fault: share of the light that a film on the lens scatters, until the start shakes it off",
+        "internal fault: share of light that a film on the lens scatters, until a restart",
         minimum=0.0,
         maximum=1.0,
         cured_by_restart=True,
     )
     cold_light = NodeParameter(
-        0.0, "external fault: how far the light is off, to the blue side", minimum=0.0, maximum=1.0
+        0.0, "external fault: shift of the light towards blue", minimum=0.0, maximum=1.0
     )
     upside_down = FaultParameter(False, "internal fault: the images are turned by half, until a redeploy")
-
-    def set_up(self) -> None:
-        """Name the input and the output."""
-        super().set_up()
-        self._last: Colours | None = None
 
     def _on_image(self, message: Image) -> None:
         seen = array_of_bgr(message)
@@ -119,26 +110,14 @@ class WildCamera(_Unlisted, Camera):
 class WildDepth(_Unlisted, Depth):
     """A depth camera whose scale may be off, whose link may lose images, and whose clock may step."""
 
+    _lost = 0
     scale_error = FaultParameter(
-        0.0,
-        "internal fault: how much too far everything is, as a share, until a redeploy",
-        minimum=0.0,
-        maximum=10.0,
+        0.0, "internal fault: share of excess distance, until a redeploy", minimum=0.0, maximum=10.0
     )
-    lossy_link = FaultParameter(
-        False, "internal fault: few images arrive, until a restart", cured_by_restart=True
-    )
+    lossy_link = FaultParameter(False, "internal fault: few images arrive", cured_by_restart=True)
     stepped_clock = FaultParameter(
-        0.0,
-        "internal fault: seconds by which the stamps are late, until a redeploy",
-        minimum=0.0,
-        maximum=60.0,
+        0.0, "internal fault: delay of the stamps [s], until a redeploy", minimum=0.0, maximum=60.0
     )
-
-    def set_up(self) -> None:
-        """Name the input and the output."""
-        super().set_up()
-        self._lost = 0
 
     def _on_image(self, message: Image) -> None:
         if self.lossy_link:
@@ -155,9 +134,7 @@ class WildDepth(_Unlisted, Depth):
 class WildFusion(_Unlisted, Fusion):
     """A fusion that may send half of each image only."""
 
-    short_buffer = FaultParameter(
-        False, "internal fault: images are cut when they are sent, until a restart", cured_by_restart=True
-    )
+    short_buffer = FaultParameter(False, "internal fault: images are cut in half", cured_by_restart=True)
 
     def _publish(self, header: Header, *, rgb: Image | None = None, depth: Image | None = None) -> None:
         super()._publish(header, rgb=rgb, depth=_cut(depth) if depth and self.short_buffer else depth)
@@ -170,12 +147,8 @@ class WildFusion(_Unlisted, Fusion):
 class WildSegmentation(_Unlisted, SegmentationNode):
     """A segmentation whose processor may be too hot for the network of both images."""
 
+    _is_busy = False
     hot_processor = NodeParameter(False, "external fault: the network of both images takes seconds")
-
-    def set_up(self) -> None:
-        """Name the input and the output."""
-        super().set_up()
-        self._is_busy = False
 
     def _on_fused(self, message: SensorFusion) -> None:
         if not self.hot_processor or message.modality.fusion_type != FusionType.FUSION:

@@ -33,14 +33,14 @@ from sunset.data.bag_images import (
 )
 from sunset.data.bag_paths import REMEDY, STORAGES, check_bag_path, check_uri, translated
 from sunset.data.conventions import SYNDRONE, Reading
-from sunset.data.frame import Frame, no_labels
 from sunset.data.pairing import pair
-from sunset.data.pixels import dimensions, resample
+from sunset.data.pixels import dimensions, no_labels, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.image_digests import Pixels, remember_digest
 from sunset.interfaces import message_definition, type_hash
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.output_files import flush, unwritable
+from sunset.town import Frame
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 

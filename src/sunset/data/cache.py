@@ -15,13 +15,10 @@ from typing import Final
 
 from sunset.data.bag import write_bag
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
-from sunset.data.frame import Frame
 from sunset.errors import DataError, OutputError
 from sunset.input_files import file_digest, read_text
+from sunset.town import RENDER_VERSION, Frame
 from sunset.workers import Progress, check_jobs, processors, worker_pool
-
-RENDER_VERSION: Final = 2
-"""Grows whenever a rendered byte changes, so that flights in users' caches are rendered anew."""
 
 CHECKSUM_FILE: Final = "checksum.json"
 _BAG: Final = "flight"

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.classes import CARLA_IDS
-from sunset.data.frame import DEPTH_RANGE_M, Frame
 from sunset.data.pixels import FAR, counts_of_metres
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
+from sunset.town import DEPTH_RANGE_M, Frame
 
 IDS_OF_NO_CLASS: Final = MappingProxyType({"none": 0, "pedestrians": 4, "vehicles": 10, "any": 255})
 """Ids that CARLA defines and SynDrone's classes leave out: such pixels are ignored, not refused."""

@@ -10,18 +10,19 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.data.conventions import SYNDRONE, Reading
-from sunset.data.frame import FRAME_SIZE, Frame, no_labels
 from sunset.data.pixels import (
     COLOUR_JPEG,
     COLOUR_PNG,
     DEPTH_PNG,
     LABEL_PNG,
     dimensions,
+    no_labels,
     read_picture,
     resample,
 )
 from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
+from sunset.town import FRAME_SIZE, Frame
 
 _KINDS: Final = MappingProxyType(
     {"rgb": (COLOUR_JPEG, COLOUR_PNG), "depth": (DEPTH_PNG,), "labels": (LABEL_PNG,)}

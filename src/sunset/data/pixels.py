@@ -13,11 +13,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset.data.frame import DEPTH_RANGE_M, Frame
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
 from sunset.input_files import read_bytes
 from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.town import DEPTH_RANGE_M, Frame
 
 FAR: Final = 65535
 """The depth count of what is 1000 m away or further, or of no measured depth."""
@@ -210,6 +210,11 @@ def counts_of_metres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
     """
     known = np.nan_to_num(metres, nan=DEPTH_RANGE_M, posinf=DEPTH_RANGE_M, neginf=0.0)
     return np.rint(known.clip(0, DEPTH_RANGE_M) * (FAR / DEPTH_RANGE_M)).astype(np.uint16)
+
+
+def no_labels(depth: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint8]:
+    """Return the labels of an unlabelled frame, in the size of its depth."""
+    return np.zeros(depth.shape, np.uint8)
 
 
 def resample(frame: Frame, size: tuple[int, int]) -> Frame:

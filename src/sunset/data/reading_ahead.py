@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
-from sunset.data.frame import Frame
+from sunset.town import Frame
 
 T = TypeVar("T")
 

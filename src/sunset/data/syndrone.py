@@ -14,7 +14,6 @@ from types import MappingProxyType
 from typing import Final, NoReturn
 
 from sunset.data.conventions import SYNDRONE
-from sunset.data.frame import FRAME_SIZE, Frame
 from sunset.data.pixels import (
     COLOUR_JPEG,
     DEPTH_PNG,
@@ -26,6 +25,7 @@ from sunset.data.pixels import (
 from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
+from sunset.town import FRAME_SIZE, Frame
 
 TOWNS: Final = ("01", "02", "03", "04", "05", "06", "07", "10HD")
 SIZE: Final = (1080, 1920)

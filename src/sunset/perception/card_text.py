@@ -15,8 +15,8 @@ def card_text(card: Mapping[str, object]) -> str:
     <BLANKLINE>
     """
     lines = [f"# {card['name']}, version {card['version']}", "", str(card["description"]), ""]
-    told = ("name", "version", "description", "format")
-    lines += _section({key: value for key, value in card.items() if key not in told}, 2)
+    head = ("name", "version", "description", "format")
+    lines += _section({key: value for key, value in card.items() if key not in head}, 2)
     return "\n".join(lines).rstrip() + "\n"
 
 

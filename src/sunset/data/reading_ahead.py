@@ -1,4 +1,4 @@
-"""Frames out of picture files: several are read at a time, and given in order."""
+"""Reading of frames from picture files by several threads."""
 
 import os
 from collections import deque
@@ -12,9 +12,9 @@ T = TypeVar("T")
 
 
 def read_ahead(read: Callable[[T], Frame], items: Iterable[T], *, jobs: int | None = None) -> Iterator[Frame]:
-    """Yield `read(item)` for each item, in order; several threads read a few frames ahead.
+    """Yield `read(item)` for each item, in order; `jobs` threads, by default one a processor, read ahead.
 
-    Their number, `jobs`, is that of the processors if it is not given, and changes no byte.
+    Their number changes no byte.
     """
     workers = jobs or os.cpu_count() or 1
     pool = ThreadPoolExecutor(workers)

@@ -185,7 +185,7 @@ def _facade(rng: np.random.Generator, shares: tuple[float, ...]) -> Finish:
 
 
 def _balconies(rng: np.random.Generator, size: Size, low: float, high: float) -> list[Mesh]:
-    """Return columns of balconies on both long sides, one for each storey."""
+    """Return columns of balconies on both long sides, on every storey."""
     x, y = size[0] / 2, size[1] / 2
     rail = plain(pick(rng, ((0.75, 0.75, 0.74), (0.35, 0.36, 0.38), (0.6, 0.62, 0.6))))
     step = rng.uniform(4.5, 7)

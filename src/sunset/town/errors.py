@@ -2,7 +2,7 @@
 
 
 class TownError(ValueError):
-    """A town, a flight or a view cannot be rendered as asked for; the text is one sentence for the user."""
+    """A town, a flight or a view cannot be rendered; the text is a sentence for the user."""
 
 
 class MissingEmbreeError(TownError):

@@ -49,7 +49,7 @@ class Flight:
         course_deg: direction of the course's straight line in degrees, anticlockwise from east.
         offset: of the line to the left of the town's centre in metres.
         swing: of the course to either side of the line in metres; a street has its own.
-        wave: length of one swing in metres.
+        wave: length of a swing in metres.
         time: time of day, one of `TIMES`.
         weather: one of `WEATHERS`.
         seed: of the sensor's noise.
@@ -92,7 +92,7 @@ class Flight:
         return self.speed * self.frames / self.rate_hz
 
     def stamps_ns(self) -> list[int]:
-        """Return the frames' times in nanoseconds, the first at one period."""
+        """Return the frames' times in nanoseconds, the first at a period."""
         return [round((index + 1) * 1e9 / self.rate_hz) for index in range(self.frames)]
 
     def poses(self) -> list[Pose]:

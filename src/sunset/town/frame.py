@@ -1,4 +1,4 @@
-"""The frame: the images that the cameras take at one moment."""
+"""The frame: the images that the cameras take at a moment."""
 
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -56,7 +56,7 @@ CARLA_IDS: Final = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The images of one moment, aligned pixel by pixel.
+    """The images of a moment, aligned pixel by pixel.
 
     Attributes:
         rgb: colour image (H, W, 3) uint8 in the order blue, green, red.

@@ -84,7 +84,7 @@ class Warp:
 
 @dataclass(frozen=True, slots=True)
 class Street:
-    """A street along one grid line.
+    """A street along a grid line.
 
     Attributes:
         axis: 0 if it runs along u (at a fixed v), 1 if along v (at a fixed u).
@@ -167,18 +167,18 @@ class TownPlan:
         ]
 
     def is_built(self, block: Block) -> bool:
-        """Say whether a block lies at least partly in the town."""
+        """Return whether a block lies at least partly in the town."""
         return self._in_town(block.sides)
 
     def is_edge(self, block: Block) -> bool:
-        """Say whether a block lies at least partly outside the town."""
+        """Return whether a block lies at least partly outside the town."""
         return bool((np.abs(self.warp.points(block.sides)) > EXTENT_M - 10).any())
 
     def _in_town(self, uv: npt.ArrayLike) -> bool:
         return bool((np.abs(self.warp.points(uv)).max(axis=-1) < EXTENT_M).any())
 
     def through(self, street: Street) -> bool:
-        """Say whether a street is open from one end of the town to the other."""
+        """Return whether a street is open from one end of the town to the other."""
         return not any((axis, at) == (street.axis, street.at) for axis, at, _ in self.closed)
 
 
@@ -294,7 +294,7 @@ class _Layout:
 
 
 def _inside(line: tuple[float, float], side: int) -> float:
-    """Return where blocks begin on one side of a street of a given position and width."""
+    """Return the edge of the blocks on a side of a street of a given position and width."""
     return line[0] + side * (line[1] / 2 + PAVEMENT_M)
 
 

@@ -1,4 +1,4 @@
-"""Triangle meshes: a few solids, and many placed copies of one mesh."""
+"""Triangle meshes: a few solids, and many placed copies of a mesh."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -86,7 +86,7 @@ def shell(triangles: Reals, finish: Finish, anchor: Colour = (0.0, 0.0, 0.0)) ->
 
 
 def join(*meshes: Mesh) -> Mesh:
-    """Return one mesh with all triangles of `meshes`, in order."""
+    """Return a mesh with all triangles of `meshes`, in order."""
     if not meshes:
         return shell(np.zeros((0, 3, 3), np.float32), Finish(WHITE, "other"))
     return Mesh(*(np.concatenate([getattr(mesh, field.name) for mesh in meshes]) for field in fields(Mesh)))

@@ -90,7 +90,7 @@ def _paint_streets(painter: Painter) -> None:
 
 
 def _paint_markings(painter: Painter, street: Street) -> None:
-    """Paint one street's lines between its crossings, and zebra crossings at some."""
+    """Paint a street's lines between its crossings, and zebra crossings at some."""
     for before, after in painter.plan.stretches(street):
         start, end = before.at + before.width / 2, after.at - after.width / 2
         half = street.width / 2

@@ -1,6 +1,6 @@
 """The renderer: a town, a pose, a moment and the light → a frame.
 
-The same arguments give the same bytes in any process with any number of threads on one model of processor.
+The same arguments give the same bytes in any process with any number of threads on the same model of processor.
 Another model may take other vector instructions and differ in last bits.
 """
 
@@ -55,7 +55,7 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """A town at one moment: the movers in view, if any, the rays (M,) that may meet them, and the light."""
+    """A town at a moment: the movers in view, if any, the rays (M,) that may meet them, and the light."""
 
     town: Town
     moving: Solid | None

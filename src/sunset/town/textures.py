@@ -75,7 +75,7 @@ def hashed(a: Reals, b: Reals, salt: int = 0) -> Reals:
 def ground_look(surfaces: Ids, points: Reals, normals: Reals) -> tuple[Reals, Reals]:
     """Return the linear reflectance (N, 3) and gloss (N,) of surfaces (N,) at world points (N, 3).
 
-    The normals (N, 3) of water become those of ripples, in place.
+    The normals (N, 3) of water become normals of ripples, in place.
     """
     x, y = points[:, 0], points[:, 1]
     patches = look_up(broad(), x, y, 4.0)

@@ -72,7 +72,7 @@ def _check_choices(count: int, start: int, heights: Sequence[float], pitches: Se
 
 
 def _pose(town: Town, rng: np.random.Generator, height: float, pitch: float) -> Pose:
-    """Draw poses until one has free air around it and below it."""
+    """Draw poses until a pose has free air around it and below it."""
     for _ in range(200):
         x, y = rng.uniform(-REACH_M, REACH_M, 2)
         tilt = float(np.radians(np.clip(pitch + rng.uniform(-3, 3), 0, 90)))

@@ -10,16 +10,7 @@ import numpy as np
 from sunset.bag_files import expand
 from sunset.classes import CLASS_OF_CARLA_ID, IGNORED
 from sunset.data.conventions import Reading
-from sunset.data.pixels import (
-    COLOUR_JPEG,
-    COLOUR_PNG,
-    DEPTH_PNG,
-    FAR,
-    LABEL_PNG,
-    bgr_of,
-    picture,
-    raw_pixels,
-)
+from sunset.data.pixels import COLOUR_JPEG, COLOUR_PNG, DEPTH_PNG, FAR, LABEL_PNG, bgr_of, picture, raw_pixels
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
 from sunset.interfaces import deserialize, serialize

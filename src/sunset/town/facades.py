@@ -17,25 +17,15 @@ Drawing = Callable[["Surfaces", Indices], None]
 
 @dataclass(frozen=True, slots=True)
 class Surfaces:
-    """The points that N rays met on solid things.
+    """The points that N rays met on solid things."""
 
-    Attributes:
-        materials: values of `Material` (N,).
-        points: world points (N, 3) in metres.
-        anchors: origins of the textures (N, 3).
-        depth: in metres (N,).
-        normals: unit vectors (N, 3) towards the ray's side.
-        colours: linear reflectance (N, 3).
-        gloss: share of light mirrored straight on, in [0, 1] (N,).
-    """
-
-    materials: Ids
-    points: Reals
-    anchors: Reals
-    depth: Reals
-    normals: Reals
-    colours: Reals
-    gloss: Reals
+    materials: Ids  # values of `Material` (N,)
+    points: Reals  # world points (N, 3) in metres
+    anchors: Reals  # origins of the textures (N, 3)
+    depth: Reals  # in metres (N,)
+    normals: Reals  # unit vectors (N, 3) towards the ray's side
+    colours: Reals  # linear reflectance (N, 3)
+    gloss: Reals  # share of light mirrored straight on, in [0, 1] (N,)
 
 
 @dataclass(frozen=True, slots=True)

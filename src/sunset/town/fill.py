@@ -14,16 +14,15 @@ from sunset.town.things import TREES
 
 def _scatter(builder: Builder, block: Block, per_100_m2: float, heights: tuple[float, float]) -> None:
     """Plant trees, most of them in groups of a kind, some alone."""
-    rng = builder.rng
     low, high = np.asarray(block.low) + 2, np.asarray(block.high) - 2
     left = int(block.size[0] * block.size[1] / 100 * per_100_m2)
     while left > 0:
-        group = min(left, int(rng.integers(2, 9)) if builder.chance(0.45) else 1)
-        centre, height = rng.uniform(low, high), float(rng.uniform(*heights))
+        group = min(left, int(builder.rng.integers(2, 9)) if builder.chance(0.45) else 1)
+        centre, height = builder.rng.uniform(low, high), float(builder.rng.uniform(*heights))
         kind = builder.kind()
         for _ in range(group):
-            spot = np.clip(centre + rng.normal(0, 2.2 + group * 0.45, 2) * (group > 1), low, high)
-            builder.tree(spot, height * rng.uniform(0.7, 1.2), kind)
+            spot = np.clip(centre + builder.rng.normal(0, 2.2 + group * 0.45, 2) * (group > 1), low, high)
+            builder.tree(spot, height * builder.rng.uniform(0.7, 1.2), kind)
         left -= group
 
 
@@ -47,30 +46,28 @@ def _perimeter(builder: Builder, block: Block) -> None:
 
 
 def _towers(builder: Builder, block: Block) -> None:
-    rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
     count = 2 if block.size[0] > 52 else 1
     for index in range(count):
         u = u0 + (u1 - u0) * (index + 0.5) / count
-        size = (rng.uniform(15, 19), rng.uniform(16, 24))
-        builder.build(tower, (u, (v0 + v1) / 2 + rng.uniform(-4, 4)), size)
+        size = (builder.rng.uniform(15, 19), builder.rng.uniform(16, 24))
+        builder.build(tower, (u, (v0 + v1) / 2 + builder.rng.uniform(-4, 4)), size)
     _scatter(builder, block, 0.9, (4, 8))
     for u in np.arange(u0 + 14, u1 - 12, 8.0).tolist():
         builder.put("planter", (u, v0 + 3.5))
-    builder.put("kiosk", ((u0 + u1) / 2, v1 - 4), turn=rng.uniform(0, 3))
+    builder.put("kiosk", ((u0 + u1) / 2, v1 - 4), turn=builder.rng.uniform(0, 3))
     builder.crowd(((u0 + u1) / 2, v1 - 6), 4, 2.0)
 
 
 def _houses(builder: Builder, block: Block) -> None:
     """Two rows of gardens, each with a house, a hedge or fence, trees and a car."""
-    rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
     middle, count = (v0 + v1) / 2, max(1, int((u1 - u0) / 16))
     plot = (u1 - u0) / count
     for row, front in ((-1, v0), (1, v1)):
         for index in range(count):
             u = u0 + plot * (index + 0.5)
-            size = (rng.uniform(8.5, 10.5), rng.uniform(7.5, 9.5))
+            size = (builder.rng.uniform(8.5, 10.5), builder.rng.uniform(7.5, 9.5))
             builder.build(house, (u - 1.5, front - row * (size[1] / 2 + 4)), size, turned=builder.chance(0.3))
             if builder.chance(0.75):
                 builder.car((u + plot / 2 - 2.2, front - row * 4), 1)
@@ -85,15 +82,16 @@ def _houses(builder: Builder, block: Block) -> None:
 
 
 def _park(builder: Builder, block: Block) -> None:
-    rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
-    builder.put("kiosk", (u0 + 7, v0 + 6), turn=rng.uniform(0, 3))
+    builder.put("kiosk", (u0 + 7, v0 + 6), turn=builder.rng.uniform(0, 3))
     builder.crowd((u0 + 8, v0 + 9), 3, 1.2)
     _scatter(builder, block, 1.6, (5, 13))
     for _ in range(25):
-        builder.tree((rng.uniform(u0, u1), rng.uniform(v0, v1)), rng.uniform(1, 2.2), TREES - 1)
+        builder.tree(
+            (builder.rng.uniform(u0, u1), builder.rng.uniform(v0, v1)), builder.rng.uniform(1, 2.2), TREES - 1
+        )
     for _ in range(4):
-        builder.crowd(rng.uniform(block.low, block.high), int(rng.integers(1, 5)), 1.0)
+        builder.crowd(builder.rng.uniform(block.low, block.high), int(builder.rng.integers(1, 5)), 1.0)
     if block.index % 2:
         for v in (v0, v1):
             builder.line("hedge", (u0 + 4, v), (u1 - 4, v), 1.2)
@@ -129,7 +127,6 @@ def _parking(builder: Builder, block: Block) -> None:
 
 
 def _industry(builder: Builder, block: Block) -> None:
-    rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
     depth = (v1 - v0) * 0.5
     halls = 2 if u1 - u0 > 75 else 1
@@ -140,12 +137,14 @@ def _industry(builder: Builder, block: Block) -> None:
             if builder.build(hall, middle, ((width - 9) * share, depth * share)):
                 break
     for _ in range(int(block.size[0] * block.size[1] / 500)):
-        spot = rng.uniform(u0 + 6, u1 - 6), v0 + depth + rng.uniform(6, max(7, depth - 15))
-        builder.skip(spot, "container", int(rng.integers(2)))
+        spot = builder.rng.uniform(u0 + 6, u1 - 6), v0 + depth + builder.rng.uniform(6, max(7, depth - 15))
+        builder.skip(spot, "container", int(builder.rng.integers(2)))
     for u in np.arange(u0 + 6, u1 - 5, 4.2).tolist():
-        chance = rng.random()
+        chance = builder.rng.random()
         if chance < 0.4:
-            builder.put("truck", (u, v1 - 9), axis=1, tint=CAR_TINTS[int(rng.integers(len(CAR_TINTS)))])
+            builder.put(
+                "truck", (u, v1 - 9), axis=1, tint=CAR_TINTS[int(builder.rng.integers(len(CAR_TINTS)))]
+            )
         elif chance < 0.8:
             builder.skip((u, v1 - 8), "container", 1)
     near, far, *ends = block.sides
@@ -154,18 +153,17 @@ def _industry(builder: Builder, block: Block) -> None:
 
 
 def _site(builder: Builder, block: Block) -> None:
-    rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
     for start, end in block.sides:
         builder.line("fence", start, end, 2.0, tint=(0.75, 0.77, 0.8))
     shell = (min(24.0, u1 - u0 - 24), min(13.0, (v1 - v0) / 2 - 9))
     builder.build(apartment, ((u0 + u1) / 2, (v0 + v1) / 2 + 12.5), shell)
     for _ in range(int(block.size[0] * block.size[1] / 350)):
-        spot = rng.uniform(u0 + 6, u1 - 6), rng.uniform(v0 + 5, v1 - 5)
-        builder.skip(spot, "container", int(rng.integers(2)))
+        spot = builder.rng.uniform(u0 + 6, u1 - 6), builder.rng.uniform(v0 + 5, v1 - 5)
+        builder.skip(spot, "container", int(builder.rng.integers(2)))
     builder.build(hall, (u0 + 14, v0 + 12), (14, 10))
     for _ in range(2):
-        builder.put("truck", (rng.uniform(u0 + 8, u1 - 8), v1 - 7), tint=(0.85, 0.6, 0.1))
+        builder.put("truck", (builder.rng.uniform(u0 + 8, u1 - 8), v1 - 7), tint=(0.85, 0.6, 0.1))
 
 
 def _riverbank(builder: Builder, block: Block) -> None:
@@ -191,13 +189,12 @@ def _sport(builder: Builder, block: Block) -> None:
 
 def _allotments(builder: Builder, block: Block) -> None:
     """Small gardens with huts, bushes, fruit trees and fences."""
-    rng = builder.rng
     (u0, v0), (u1, v1) = block.low, block.high
     for u in np.arange(u0 + 8, u1 - 4, 13.0).tolist():
         for v in np.arange(v0 + 4, v1 - 3, 11.0).tolist():
             if builder.chance(0.5):
-                builder.build(house, (u, v), (rng.uniform(3, 4.2), rng.uniform(3, 4.5)))
-            builder.tree((u + 4, v + 3), rng.uniform(1, 2), TREES - 1)
+                builder.build(house, (u, v), (builder.rng.uniform(3, 4.2), builder.rng.uniform(3, 4.5)))
+            builder.tree((u + 4, v + 3), builder.rng.uniform(1, 2), TREES - 1)
             builder.crowd((u + 3, v), int(builder.chance(0.25)), 1.0)
         builder.line("fence", (u + 5, v0), (u + 5, v1), 1.2, tint=(0.5, 0.4, 0.3))
     for v in (v0 + 0.5, v1 - 0.5):

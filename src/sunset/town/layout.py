@@ -84,17 +84,11 @@ class Warp:
 
 @dataclass(frozen=True, slots=True)
 class Street:
-    """A street along a grid line.
+    """A street along a grid line."""
 
-    Attributes:
-        axis: 0 if it runs along u (at a fixed v), 1 if along v (at a fixed u).
-        at: the fixed coordinate of its centre line in metres.
-        width: of the carriageway in metres.
-    """
-
-    axis: int
-    at: float
-    width: float
+    axis: int  # 0 if it runs along u (at a fixed v), 1 if along v (at a fixed u)
+    at: float  # the fixed coordinate of its centre line in metres
+    width: float  # of the carriageway in metres
 
     @property
     def avenue(self) -> bool:

@@ -35,29 +35,17 @@ WEATHERS: Final = tuple(_AIR)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Light:
-    """The light in a town; colours (3,) are linear red, green, blue.
+    """The light in a town; colours (3,) are linear red, green, blue."""
 
-    Attributes:
-        sun_direction: unit vector (3,) towards the sun.
-        sun: colour and strength of the direct light.
-        sky: of the light from above.
-        bounce: of the light from below.
-        haze: colour of distant air.
-        haze_m: distance in metres over which haze takes 63 %.
-        zenith: colour of the sky overhead.
-        sun_radius: apparent radius of the source of the direct light, in radians.
-        exposure: the camera's factor.
-    """
-
-    sun_direction: Points
-    sun: Points
-    sky: Points
-    bounce: Points
-    haze: Points
-    haze_m: float
-    zenith: Points
-    sun_radius: float
-    exposure: float
+    sun_direction: Points  # unit vector (3,) towards the sun
+    sun: Points  # colour and strength of the direct light
+    sky: Points  # of the light from above
+    bounce: Points  # of the light from below
+    haze: Points  # colour of distant air
+    haze_m: float  # distance in metres over which haze takes 63 %
+    zenith: Points  # colour of the sky overhead
+    sun_radius: float  # apparent radius of the source of the direct light, in radians
+    exposure: float  # the camera's factor
 
     @property
     def shadow(self) -> float:
@@ -101,23 +89,14 @@ def light(time: str, weather: str) -> Light:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """The points that N rays met.
+    """The points that N rays met."""
 
-    Attributes:
-        normals: unit vectors (N, 3) towards the ray's side.
-        colours: linear reflectance (N, 3).
-        gloss: share of light mirrored straight on, in [0, 1] (N,).
-        lit: visible share of the sun, in [0, 1] (N,).
-        open: visible share of the sky, in [0, 1] (N,).
-        depth: planar depth in metres (N,); infinite for sky.
-    """
-
-    normals: Reals
-    colours: Reals
-    gloss: Reals
-    lit: Reals
-    open: Reals
-    depth: Reals
+    normals: Reals  # unit vectors (N, 3) towards the ray's side
+    colours: Reals  # linear reflectance (N, 3)
+    gloss: Reals  # share of light mirrored straight on, in [0, 1] (N,)
+    lit: Reals  # visible share of the sun, in [0, 1] (N,)
+    open: Reals  # visible share of the sky, in [0, 1] (N,)
+    depth: Reals  # planar depth in metres (N,); infinite for sky
 
 
 def shade(seen: Seen, directions: Reals, light: Light) -> Reals:

@@ -40,23 +40,16 @@ class Material(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """Triangles and their appearance.
+    """Triangles and their appearance."""
 
-    Attributes:
-        triangles: corners (T, 3, 3) in metres.
-        colours: reflectance (T, 3) as display values red, green, blue in [0, 1].
-        labels: CARLA ids (T,).
-        materials: values of `Material` (T,).
-        tinted: whether the colour is multiplied by the placed copy's tint (T,).
-        anchors: the point (T, 3) in metres that textures start from: a building's origin, a crown's centre.
-    """
-
-    triangles: Reals
-    colours: Reals
-    labels: Ids
-    materials: Ids
-    tinted: Flags
-    anchors: Reals
+    triangles: Reals  # corners (T, 3, 3) in metres
+    colours: Reals  # reflectance (T, 3) as display values red, green, blue in [0, 1]
+    labels: Ids  # CARLA ids (T,)
+    materials: Ids  # values of `Material` (T,)
+    tinted: Flags  # whether the colour is multiplied by the placed copy's tint (T,)
+    anchors: (
+        Reals  # the point (T, 3) in metres that textures start from: a building's origin, a crown's centre
+    )
 
     def __len__(self) -> int:
         return len(self.triangles)

@@ -40,23 +40,14 @@ class Wave:
 
 @dataclass(frozen=True, slots=True)
 class Relief:
-    """Heights in metres above the town's centre, at points of the grid.
+    """Heights in metres above the town's centre, at points of the grid."""
 
-    Attributes:
-        waves: of the rolling land.
-        river: v of the river's middle in metres.
-        river_width: of its water in metres.
-        river_bend: amplitude of its bends in metres, and their phase.
-        rail: u of the railway's middle in metres.
-        underpasses: v of the streets under the railway, and half the width of each passage, in metres.
-    """
-
-    waves: tuple[Wave, ...]
-    river: float
-    river_width: float
-    river_bend: tuple[float, float]
-    rail: float
-    underpasses: tuple[tuple[float, float], ...]
+    waves: tuple[Wave, ...]  # of the rolling land
+    river: float  # v of the river's middle in metres
+    river_width: float  # of its water in metres
+    river_bend: tuple[float, float]  # amplitude of its bends in metres, and their phase
+    rail: float  # u of the railway's middle in metres
+    underpasses: tuple[tuple[float, float], ...]  # v and half the width of each, in metres
 
     def river_v(self, u: npt.ArrayLike) -> Points:
         """Return v of the river's middle at positions u."""

@@ -49,27 +49,18 @@ Places: TypeAlias = tuple[Points, Indices, Points]
 
 @dataclass(frozen=True, slots=True)
 class Hops:
-    """Movers that wait, go on when their axis has green, and wait again.
+    """Movers that wait, go on when their axis has green, and wait again."""
 
-    Attributes:
-        axes: of movement: 0 along u, 1 along v (N,); each moves while its axis has green.
-        across: the fixed grid coordinate in metres (N,).
-        stops: positions of the stops along the axis, in order; after the last comes the first again (N, K).
-        counts: number of used stops (N,).
-        first: index of the stop at time 0 (N,).
-        signs: of the heading along the axis, 0 for movers that turn round (N,).
-        back: distance behind the stops, signed along the axis, in metres (N,).
-        delays: between green and start, in seconds (N,).
-    """
-
-    axes: Indices
-    across: Points
-    stops: Points
-    counts: Indices
-    first: Indices
-    signs: Indices
-    back: Points
-    delays: Points
+    axes: Indices  # of movement: 0 along u, 1 along v (N,); each moves while its axis has green
+    across: Points  # the fixed grid coordinate in metres (N,)
+    stops: (
+        Points  # positions of the stops along the axis, in order; after the last comes the first again (N, K)
+    )
+    counts: Indices  # number of used stops (N,)
+    first: Indices  # index of the stop at time 0 (N,)
+    signs: Indices  # of the heading along the axis, 0 for movers that turn round (N,)
+    back: Points  # distance behind the stops, signed along the axis, in metres (N,)
+    delays: Points  # between green and start, in seconds (N,)
 
     def places(self, time_s: float) -> Places:
         """Return the places at a time in seconds."""
@@ -97,19 +88,12 @@ def _eased(share: Points) -> Points:
 
 @dataclass(frozen=True, slots=True)
 class Rounds:
-    """Walkers that go round a block, on its pavement.
+    """Walkers that go round a block, on its pavement."""
 
-    Attributes:
-        low: the least corner of each way (N, 2).
-        size: extents of each way along u and v (N, 2).
-        starts: positions along the way at time 0 in metres (N,).
-        speeds: in metres a second, positive if anticlockwise on the grid (N,).
-    """
-
-    low: Points
-    size: Points
-    starts: Points
-    speeds: Points
+    low: Points  # the least corner of each way (N, 2)
+    size: Points  # extents of each way along u and v (N, 2)
+    starts: Points  # positions along the way at time 0 in metres (N,)
+    speeds: Points  # in metres a second, positive if anticlockwise on the grid (N,)
 
     def places(self, time_s: float) -> Places:
         """Return the places at a time in seconds."""
@@ -143,25 +127,15 @@ class Trains:
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """All movers of a town: first the hops, then the rounds, then the trains.
+    """All movers of a town: first the hops, then the rounds, then the trains."""
 
-    Attributes:
-        plan: the town.
-        hops: vehicles, and pedestrians who cross streets.
-        rounds: pedestrians who walk round blocks.
-        trains: carriages.
-        kinds: index into `KINDS` (N,).
-        tints: colours (N, 3).
-        radii: of a sphere around the place on the ground that contains the mover, in metres (N,).
-    """
-
-    plan: TownPlan
-    hops: Hops
-    rounds: Rounds
-    trains: Trains
-    kinds: Indices
-    tints: Reals
-    radii: Reals
+    plan: TownPlan  # the town
+    hops: Hops  # vehicles, and pedestrians who cross streets
+    rounds: Rounds  # pedestrians who walk round blocks
+    trains: Trains  # carriages
+    kinds: Indices  # index into `KINDS` (N,)
+    tints: Reals  # colours (N, 3)
+    radii: Reals  # of a sphere around the place on the ground that contains the mover, in metres (N,)
 
     def poses(self, time_s: float) -> tuple[Reals, Reals]:
         """Return the positions (N, 3) in metres and headings (N,) in radians at a time in seconds."""

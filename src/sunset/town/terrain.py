@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
-from sunset.town.frame import Points
+from sunset.town.frame import Flags, Points
 from sunset.town.layout import PAVEMENT_M, TownPlan
 from sunset.town.meshes import Finish, Mesh, shell
 from sunset.town.relief import BANK_M, CROWN_M
@@ -26,17 +25,7 @@ class Terrain:
     """
 
     mesh: Mesh
-    bare: npt.NDArray[np.bool_]
-
-
-def bridge_spans(plan: TownPlan) -> list[tuple[float, float, tuple[float, float]]]:
-    """Return u, half width and the ends along v of every street bridge over the river, in metres."""
-    spans = []
-    for street in plan.streets:
-        if street.axis == 1:
-            middle, half = float(plan.relief.river_v(street.at)), plan.relief.river_width / 2 + BANK_M + 2.5
-            spans.append((street.at, street.width / 2 + PAVEMENT_M, (middle - half, middle + half)))
-    return spans
+    bare: Flags
 
 
 def rail_spans(plan: TownPlan) -> list[tuple[float, float]]:
@@ -49,26 +38,23 @@ def rail_spans(plan: TownPlan) -> list[tuple[float, float]]:
 
 def make_terrain(plan: TownPlan) -> Terrain:
     """Return the ground's mesh of a town."""
-    land = _land(plan)
-    centres = land.mean(axis=1)
-    parts, bare = [land], [plan.relief.off_water(centres) < BANK_M - 1]
-    for at, half, ends in bridge_spans(plan):
-        parts.append(_sheet(np.linspace(at - half, at + half, 3), np.linspace(*ends, 10)))
-        bare.append(np.zeros(len(parts[-1]), dtype=np.bool_))
+    relief, land = plan.relief, _land(plan)
+    parts, bare = [land], [relief.off_water(land.mean(axis=1)) < BANK_M - 1]
+    heights = [relief.ground(land)]
+    for street in plan.streets:
+        if street.axis == 1:
+            middle, half = float(relief.river_v(street.at)), relief.river_width / 2 + BANK_M + 2.5
+            side = street.width / 2 + PAVEMENT_M
+            us, vs = (street.at - side, street.at + side), (middle - half, middle + half)
+            parts.append(_sheet(np.linspace(*us, 3), np.linspace(*vs, 10)))
+            bare.append(np.zeros(len(parts[-1]), dtype=np.bool_))
+            heights.append(relief.streets(parts[-1]) + DECK_M)
     for ends in rail_spans(plan):
-        parts.append(_sheet(plan.relief.rail + np.array([-CROWN_M, CROWN_M]), np.linspace(*ends, 6)))
+        parts.append(_sheet(relief.rail + np.array([-CROWN_M, CROWN_M]), np.linspace(*ends, 6)))
         bare.append(np.ones(len(parts[-1]), dtype=np.bool_))
-    rails = sum(len(part) for part in parts[-len(rail_spans(plan)) :])
-    grid = np.concatenate(parts)
-    decks = len(land)
-    heights = np.concatenate(
-        [
-            plan.relief.ground(grid[:decks]),
-            plan.relief.streets(grid[decks : len(grid) - rails]) + DECK_M,
-            plan.relief.railway(grid[len(grid) - rails :, :, 1]) + DECK_M,
-        ]
-    )
-    corners = np.concatenate([plan.warp.points(grid), heights[..., None]], axis=-1)
+        heights.append(relief.railway(parts[-1][..., 1]) + DECK_M)
+    grid = plan.warp.points(np.concatenate(parts))
+    corners = np.concatenate([grid, np.concatenate(heights)[..., None]], axis=-1)
     return Terrain(shell(corners.astype(np.float32), GROUND), np.concatenate(bare))
 
 
@@ -79,12 +65,8 @@ def _land(plan: TownPlan) -> Points:
     embankment = plan.relief.rail + np.array([-13.4, -9.4, -CROWN_M, 0.0, CROWN_M, 9.4, 13.4])
     reach = plan.relief.river_width / 2 + BANK_M + plan.relief.river_bend[0] + 1
     banks = np.arange(plan.relief.river - reach, plan.relief.river + reach, 1.0)
-    abutments = [
-        at + side * edge
-        for at, half in plan.relief.underpasses
-        for side in (-1, 1)
-        for edge in (half, half + 0.8)
-    ]
+    edges = [(at, half + wall) for at, half in plan.relief.underpasses for wall in (0.0, 0.8)]
+    abutments = [at + side * edge for at, edge in edges for side in (-1, 1)]
     return _sheet(np.concatenate([broad, embankment]), np.concatenate([broad, banks, np.array(abutments)]))
 
 

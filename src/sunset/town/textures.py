@@ -5,7 +5,6 @@ from typing import Final
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from sunset.town.frame import Ids, Reals
 from sunset.town.ground import Surface
@@ -15,7 +14,6 @@ from sunset.town.vectors import pick, put, scale, scaled
 NOISE_SIZE: Final = 1024
 NOISE_MASK: Final = NOISE_SIZE - 1
 F: Final = np.float32
-Cells = npt.NDArray[np.int32]
 
 _COLOURS: Final = np.array([np.square(surface.colour) for surface in Surface], dtype=F)
 _PATCHES: Final = np.array([surface.patches for surface in Surface], dtype=F)

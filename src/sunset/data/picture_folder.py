@@ -17,10 +17,10 @@ from sunset.data.pixels import (
     LABEL_PNG,
     dimensions,
     no_labels,
+    read_ahead,
     read_picture,
     resample,
 )
-from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
 from sunset.town import FRAME_SIZE, Frame
 

@@ -3,11 +3,14 @@
 Errors are `DataError`s that name the image.
 """
 
+import os
 import struct
 import zlib
-from collections.abc import Collection
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 import cv2
 import numpy as np
@@ -18,6 +21,8 @@ from sunset.image_digests import Pixels
 from sunset.input_files import read_bytes
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.town import DEPTH_RANGE_M, Frame
+
+T = TypeVar("T")
 
 FAR: Final = 65535
 """The depth count of points 1000 m away or further, and of unknown depth."""
@@ -98,6 +103,25 @@ def read_picture(path: Path, kinds: Collection[str], *, remedy: str = "copy it a
     except OSError as error:
         raise DataError(f"The image {path} cannot be read: {error.strerror}; {remedy}.") from error
     return picture(data, str(path), kinds)
+
+
+def read_ahead(read: Callable[[T], Frame], items: Iterable[T], *, jobs: int | None = None) -> Iterator[Frame]:
+    """Yield `read(item)` for each item, in order; `jobs` threads, by default one a processor, read ahead.
+
+    Their number changes no byte.
+    """
+    workers = jobs or os.cpu_count() or 1
+    pool = ThreadPoolExecutor(workers)
+    pending: deque[Future[Frame]] = deque()
+    try:
+        for item in items:
+            pending.append(pool.submit(read, item))
+            if len(pending) > 2 * workers:
+                yield pending.popleft().result()
+        while pending:
+            yield pending.popleft().result()
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:

@@ -14,8 +14,15 @@ from types import MappingProxyType
 from typing import Final, NoReturn
 
 from sunset.data.conventions import SYNDRONE
-from sunset.data.pixels import COLOUR_JPEG, DEPTH_PNG, LABEL_PNG, dimensions, read_picture, resample
-from sunset.data.reading_ahead import read_ahead
+from sunset.data.pixels import (
+    COLOUR_JPEG,
+    DEPTH_PNG,
+    LABEL_PNG,
+    dimensions,
+    read_ahead,
+    read_picture,
+    resample,
+)
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
 from sunset.town import FRAME_SIZE, Frame

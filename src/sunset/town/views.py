@@ -1,7 +1,7 @@
 """Views for training: random poses, moments and light in a town."""
 
 from collections.abc import Iterator, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -96,20 +96,11 @@ def is_free(town: Town, pose: Pose) -> bool:
 
 
 def render_views(
-    town: int,
-    count: int,
-    seed: int,
-    *,
-    heights: Sequence[float] = HEIGHTS_M,
-    pitches: Sequence[float] = PITCHES_DEG,
-    times: Sequence[str] = TIMES,
-    weathers: Sequence[str] = WEATHERS,
-    start: int = 0,
-    size: tuple[int, int] = FRAME_SIZE,
+    town: int, count: int, seed: int, *, size: tuple[int, int] = FRAME_SIZE, **choices: Any
 ) -> Iterator[Frame]:
-    """Yield the frames of `training_views`, in pixels of `size`; the same arguments give the same bytes."""
-    views = training_views(
-        town, count, seed, heights=heights, pitches=pitches, times=times, weathers=weathers, start=start
-    )
-    for view in views:
+    """Yield the frames of `training_views`, in pixels of `size`; the same arguments give the same bytes.
+
+    The other arguments are the keyword arguments of `training_views`.
+    """
+    for view in training_views(town, count, seed, **choices):
         yield render(build_town(town), view, size=size)

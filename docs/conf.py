@@ -46,6 +46,7 @@ order = {
         "docs/api/nodes",
         "docs/api/faults",
         "docs/api/data",
+        "docs/api/town",
         "docs/api/metrics",
         "docs/api/recording",
         "docs/api/ros",

@@ -1,7 +1,7 @@
-"""Opening rosbag2 recordings that users bring: nothing in them blocks, nor expands without bounds.
+"""Access to users' rosbag2 recordings, without blocking or unbounded decompression.
 
-A few bytes can say that they stand for gigabytes. What is packed in a bag is expanded up to `LARGEST` bytes, and beyond
-that only as long as it is not more than `RATIO` times what it is packed in, which no recording reaches.
+Compressed content is expanded to at most `LARGEST` bytes or, if that is more, `RATIO` times its size, which no
+recording reaches.
 """
 
 import logging
@@ -37,9 +37,9 @@ RATIO: Final = 1000
 _PIECE: Final = 2**20
 _METADATA: Final = "metadata.yaml"
 _NO_STORAGE: Final = re.compile(r"""^\s*storage_identifier:\s*(""|'')?\s*$""", re.MULTILINE)
-"""As 'ros2 bag reindex' of Humble writes it."""
+"""The line that 'ros2 bag reindex' of Humble writes."""
 _HEAD: Final = 9
-"""Bytes before a record of MCAP: what it is, and its length."""
+"""Bytes of the kind and the length before a record of MCAP."""
 _CHUNK: Final = 0x06
 _DATA_END: Final = 0x0F
 
@@ -47,14 +47,14 @@ _log: Final = logging.getLogger(__name__)
 
 
 def connections_of(reader: Reader) -> list[Connection]:
-    """Return the connections in a bag's metadata and in each of its files, which may differ in QoS."""
+    """Return the connections in a bag's metadata and in its files, which may differ in QoS."""
     bag = reader.storage
     files = bag.storages if isinstance(bag, DirectoryReader) else []
     return [*reader.connections, *(connection for file in files for connection in file.connections)]
 
 
 class _Mcap(McapReader):
-    """An MCAP file of a flight, which may lack its end, or the message indexes by which the library finds messages."""
+    """An MCAP file of a flight, which may lack its end, or the message indexes that the library needs."""
 
     def open(self) -> None:
         try:
@@ -77,7 +77,7 @@ class _Mcap(McapReader):
             raise
 
     def _scan(self) -> None:
-        """Index its whole chunks, and read what they hold."""
+        """Index the complete chunks, and read their content."""
         assert self.bio is not None  # noqa: S101  it is open
         size, place, chunks = Path(str(self.path)).stat().st_size, self.data_start, []
         while place + _HEAD <= size:
@@ -98,11 +98,13 @@ class _Mcap(McapReader):
         self.meta_scan()
         counts = self.statistics.channel_message_counts if self.statistics else {}
         self.chunks = [chunk._replace(channel_count=counts) for chunk in chunks]
-        self.connections = [one._replace(msgcount=counts.get(one.id, 0)) for one in self.connections]
+        self.connections = [
+            connection._replace(msgcount=counts.get(connection.id, 0)) for connection in self.connections
+        ]
 
 
 class _Folder(DirectoryReader):
-    """A bag's folder; without usable metadata, its files say what they hold."""
+    """A bag's folder; without usable metadata, its files are searched for connections."""
 
     STORAGE_PLUGINS: "Mapping[str, type[ReaderProtocol]]" = MappingProxyType(
         {"mcap": _Mcap, "sqlite3": Sqlite3Reader}
@@ -131,7 +133,7 @@ class _Folder(DirectoryReader):
 
 
 class _FlightBag(Reader):
-    """A flight's bag, from anywhere."""
+    """A flight's bag from any recorder."""
 
     STORAGE_PLUGINS: "Mapping[str, type[ReaderProtocol]]" = MappingProxyType(
         {"dir": _Folder, ".mcap": _Mcap, ".db3": Sqlite3Reader}
@@ -139,7 +141,7 @@ class _FlightBag(Reader):
 
 
 def files_of_recording(folder: Path) -> list[Path]:
-    """Return the files of the one recording in a folder: a single file, or NAME_0, NAME_1 and so on; else none."""
+    """Return the files of a folder's only recording: a file, or NAME_0, NAME_1 and so on; else an empty list."""
     files = [path for path in folder.iterdir() if path.suffix in _FlightBag.STORAGE_PLUGINS]
     parts = {path.name: path for path in files}
     for first in files if len(files) > 1 else ():
@@ -150,16 +152,16 @@ def files_of_recording(folder: Path) -> list[Path]:
 
 
 def open_bag(path: Path, *, cut_off: bool = False) -> Reader:
-    """Open a bag's folder or file. Messages that are compressed one by one come as they are: see `expand`.
+    """Open a bag's folder or file. Separately compressed messages are not expanded: see `expand`.
 
     Args:
         path: the folder or file.
-        cut_off: whether a file in MCAP may lack its end, of which a warning is logged, and a folder its metadata.
+        cut_off: whether an MCAP file may lack its end, which logs a warning, and a folder its metadata.
 
     Raises:
-        OSError: a file cannot be read, or is not a regular one.
-        ValueError: it would expand to more than a recording does.
-        Exception: nearly anything else, on a damaged file: the library documents none.
+        OSError: a file cannot be read, or is not a regular file.
+        ValueError: it would expand to more than a recording.
+        Exception: of nearly any kind on a damaged file, since the library does not document its exceptions.
     """
     _check_files(path)
     reader = (_FlightBag if cut_off else Reader)(path)
@@ -183,12 +185,10 @@ def open_bag(path: Path, *, cut_off: bool = False) -> Reader:
 
 @contextmanager
 def reopened(bag: Reader) -> Iterator[Reader]:
-    """Give a reader of an open bag with files of its own, for as long as the context lasts.
-
-    Threads and forked processes share an open file, and would read on at each other's places.
+    """Open the files of an open bag again, for a thread or forked process that must not share their positions.
 
     Raises:
-        OSError: a file is not there any more.
+        OSError: a file was removed.
     """
     own = copy(bag)
     with ExitStack() as files:
@@ -214,14 +214,14 @@ def _reopened(file: "ReaderProtocol") -> "Iterator[ReaderProtocol]":
 
 
 def expand(packed: bytes | memoryview, most: int | None = None) -> bytes:
-    """Return what zstd packed.
+    """Return the content of zstd frames.
 
     Args:
-        packed: one frame of zstd's, or several.
-        most: bytes that it was announced to have; what a recording can have if None.
+        packed: a frame, or several.
+        most: announced bytes of the content; None for the limit of a recording.
 
     Raises:
-        ValueError: it has more.
+        ValueError: the content has more bytes.
         ZstdError: it is damaged.
     """
     limit = _limit(len(packed))
@@ -239,12 +239,12 @@ def expand(packed: bytes | memoryview, most: int | None = None) -> bytes:
     return b"".join(parts)
 
 
-# Chunks of MCAP files are expanded by what stands here, with the size that their file announces.
+# The library expands chunks of MCAP files with this function and their announced size.
 storage_mcap.DECOMPRESSORS["zstd"] = expand
 
 
 def _check_files(path: Path) -> None:
-    """Check what a bag consists of before anything in it is opened or unpacked."""
+    """Check the files of a bag before they are opened or unpacked."""
     for file in sorted(path.iterdir()) if path.is_dir() else [path]:
         if file.name == _METADATA:
             read_bytes(file)
@@ -255,7 +255,7 @@ def _check_files(path: Path) -> None:
 
 
 def _pieces(file: Path) -> Iterable[int]:
-    """Yield how many bytes a packed file expands to, piece by piece; what is damaged is found when it is unpacked."""
+    """Yield the sizes of the pieces of a packed file's content; damage is noticed when it is unpacked."""
     with open_regular(file) as packed, zstd.open(packed) as content, suppress(EOFError, zstd.ZstdError):
         while piece := content.read(_PIECE):
             yield len(piece)

@@ -1,10 +1,10 @@
-"""What a fault does to an image, as pure functions on arrays.
+"""Image degradations, as pure functions on arrays.
 
-Every function saturates and none wraps around. None writes to its argument; an argument that nothing
-would be done to (strength 0) is returned as it is, without a copy.
+All functions saturate instead of wrapping around. They do not write to their arguments; with strength 0 they return
+the argument without a copy.
 
 The paper (section 3.3) names the degradations: a shifted colour space, the enhancement applied to a good
-image, a misaligned image, Gaussian noise on the depth, and a blur. How strong they are is decided here.
+image, a misaligned image, Gaussian noise on the depth, and a blur. Their strengths are decided here.
 """
 
 import math
@@ -21,23 +21,23 @@ Image = npt.NDArray[np.uint8]
 Depth = npt.NDArray[np.uint16]
 
 REFERENCE_WIDTH: Final = 256
-"""The image width in pixels that lengths in pixels are given for."""
+"""The image width to which lengths in pixels refer."""
 
 DEPTH_COUNTS_PER_METRE: Final = 65.535
 """A 16-bit depth image counts 65535 steps on 1000 m."""
 
 _DARKENING = 0.5  # of the brightness, per unit of strength: the published exemplar's figure
-_MIXING = 0.2  # of each channel replaced by the next one, per unit of strength
+_MIXING = 0.2  # of each channel replaced by the next channel, per unit of strength
 
 
-def _check_strength(what: str, strength: float, limits: tuple[float, float]) -> None:
+def _check_strength(name: str, strength: float, limits: tuple[float, float]) -> None:
     low, high = limits
     if not low <= strength <= high:  # also refuses NaN
-        raise ParameterError(f"The strength of {what} must be from {low:g} to {high:g}, got {strength!r}.")
+        raise ParameterError(f"The strength of {name} must be from {low:g} to {high:g}, got {strength!r}.")
 
 
 def _mixture(strength: float) -> npt.NDArray[np.float64]:
-    """Return the (3, 3) matrix that takes a good pixel (b, g, r) to a degraded one.
+    """Return the (3, 3) matrix that degrades a pixel (b, g, r).
 
     Each row sums to the remaining brightness, so that grey stays grey and nothing exceeds 255.
     """
@@ -51,11 +51,11 @@ def degrade_image(bgr: Image, strength: float) -> Image:
     """Darken an image and shift its colours.
 
     The brightness falls to `1 - 0.5 * strength`, and a share of `0.2 * strength` of each channel is
-    taken from the next one (blue from green, green from red, red from blue).
+    taken from the next channel (blue from green, green from red, red from blue).
 
     Args:
         bgr: (H, W, 3).
-        strength: in [0, 1.9]; 0 leaves the image as it is.
+        strength: in [0, 1.9].
 
     Raises:
         ParameterError: the strength is out of range.
@@ -73,11 +73,11 @@ def degrade_image(bgr: Image, strength: float) -> Image:
 def enhance_image(bgr: Image, strength: float) -> Image:
     """Undo `degrade_image` of the same strength, up to rounding.
 
-    On an image that was not degraded it does harm: bright pixels saturate and colours shift.
+    It harms an image that was not degraded: bright pixels saturate and colours shift.
 
     Args:
         bgr: (H, W, 3).
-        strength: in [0, 1.9]; 0 leaves the image as it is.
+        strength: in [0, 1.9].
 
     Raises:
         ParameterError: the strength is out of range.
@@ -97,8 +97,8 @@ def degrade_depth(depth: Depth, strength: float, rng: np.random.Generator) -> De
 
     Args:
         depth: (H, W), 65535 counts on 1000 m.
-        strength: the noise's standard deviation in metres, in [0, 100]; 0 leaves the image as it is.
-        rng: draws the noise; not touched when the strength is 0.
+        strength: the noise's standard deviation in metres, in [0, 100].
+        rng: draws the noise; not used when the strength is 0.
 
     Raises:
         ParameterError: the strength is out of range.
@@ -113,11 +113,11 @@ def degrade_depth(depth: Depth, strength: float, rng: np.random.Generator) -> De
 
 
 def shift_image(bgr: Image, px: int) -> Image:
-    """Shift an image to the right (to the left if negative); what moves in is black.
+    """Shift an image to the right, or to the left if negative, and fill the rest with black.
 
     Args:
         bgr: (H, W, 3).
-        px: pixels; from W on the whole image is black.
+        px: in pixels.
 
     >>> shift_image(np.arange(1, 10, dtype=np.uint8).reshape(1, 3, 3), 1)
     array([[[0, 0, 0],
@@ -145,10 +145,10 @@ def blur(bgr: Image, sigma: float) -> Image:
 
     Args:
         bgr: (H, W, 3).
-        sigma: standard deviation in pixels, not negative; 0 leaves the image as it is.
+        sigma: standard deviation in pixels, not negative.
 
     Raises:
-        ParameterError: sigma is negative or no finite number.
+        ParameterError: sigma is negative or not finite.
     """
     if not 0 <= sigma < math.inf:
         raise ParameterError(f"The sigma of a blur must be a finite number from 0 on, got {sigma!r}.")
@@ -164,11 +164,10 @@ def defocus_image(bgr: Image, sigma: float) -> Image:
 
 
 def sharpness(bgr: Image) -> float:
-    """Measure how sharp an image is: the variance of its Laplacian over its own variance.
+    """Return an image's sharpness: the variance of its grey image's Laplacian over the variance of the grey image.
 
-    Both are taken of the grey image. The quotient does not change with brightness and contrast, as long
-    as nothing saturates and rounding is small, so that a dark image does not look blurred. It is 0 for an
-    image of one colour, and at most 64, for a chequerboard of single pixels.
+    It does not depend on brightness and contrast, as long as nothing saturates and rounding is small. It is 0 for an
+    image of a single colour, and at most 64, for a chequerboard of single pixels.
 
     Args:
         bgr: (H, W, 3), not empty.

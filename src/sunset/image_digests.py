@@ -1,4 +1,4 @@
-"""Digests of images, of which each is computed once, however many look at the same pixels."""
+"""Digests of images, each computed once."""
 
 import hashlib
 import weakref
@@ -9,19 +9,19 @@ import numpy as np
 import numpy.typing as npt
 
 Pixels = npt.NDArray[Any]
-"""Those of an image, of whatever type a sensor has."""
+"""An image of any sensor's type."""
 
 _BYTES: Final = 16
 _KEPT: Final = 32
 
 _known: OrderedDict[tuple[int, int], tuple[Pixels, bytes]] = OrderedDict()
-"""Place and size in memory of the last few read-only ones; while they are kept here, no others can be at that place."""
+"""Address and size → image and digest, of the last few read-only images; a kept image's address stays its own."""
 _remembered: dict[tuple[int, int], bytes] = {}
-"""The same of those whose owners keep them."""
+"""Address and size → digest, of images whose owners keep them."""
 
 
 def image_digest(pixels: Pixels) -> bytes:
-    """Return the digest of an image's bytes: BLAKE2b, 16 bytes long, whatever its shape and type are."""
+    """Return the digest of an image's bytes: BLAKE2b, 16 bytes long."""
     pixels = np.ascontiguousarray(pixels)
     place = pixels.ctypes.data, pixels.nbytes
     if place in _remembered:
@@ -37,12 +37,12 @@ def image_digest(pixels: Pixels) -> bytes:
 
 
 def remember_digest(pixels: Pixels) -> None:
-    """Compute the digest of read-only pixels, and remember it for as long as they exist; in forked processes, too."""
+    """Compute the digest of read-only pixels, and remember it as long as they exist, also in forked processes."""
     place = pixels.ctypes.data, pixels.nbytes
     _remembered[place] = digest_of(pixels.data)
     weakref.finalize(pixels, _remembered.pop, place, None).atexit = False
 
 
 def digest_of(content: bytes | memoryview) -> bytes:
-    """Return a digest as of an image."""
+    """Return the digest of bytes, as of an image."""
     return hashlib.blake2b(content, digest_size=_BYTES).digest()

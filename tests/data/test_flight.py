@@ -1,105 +1,58 @@
-import numpy as np
 import pytest
 
-from sunset.classes import CARLA_IDS
-from sunset.data import DEFAULT_FLIGHT, FlightPlan, render_frames
-from sunset.data.town import build_town
-from sunset.data.views import is_free
-from sunset.errors import InvalidInputError
+from sunset import classes, flights, seeding, town
+from sunset.data import DEFAULT_FLIGHT, FlightPlan, frames_for, render_frames, render_views
+from sunset.errors import InvalidInputError, MissingExtraError
+from sunset.flights import FlightSpec
+from sunset.town.seeding import generator
 
 pytestmark = pytest.mark.xdist_group("towns")  # each is built once
 
 
-def test_the_default_flight_is_forty_seconds_at_ten_hertz() -> None:
+def test_the_default_flight_is_forty_seconds_at_ten_hertz_over_town_1() -> None:
     stamps = DEFAULT_FLIGHT.stamps_ns()
-    assert len(stamps) == 400
-    assert set(np.diff(stamps).tolist()) == {100_000_000}
-    assert DEFAULT_FLIGHT.size == (144, 256)
-    assert DEFAULT_FLIGHT.town == 1
+    assert (len(stamps), stamps[0], stamps[-1]) == (400, 100_000_000, 40_000_000_000)
+    assert (DEFAULT_FLIGHT.town, DEFAULT_FLIGHT.size) == (1, (144, 256))
 
 
-def test_the_flight_is_smooth_and_keeps_its_speed() -> None:
-    poses = DEFAULT_FLIGHT.poses()
-    points = np.array([(pose.x, pose.y) for pose in poses])
-    np.testing.assert_allclose(np.linalg.norm(np.diff(points, axis=0), axis=1), 0.9, rtol=0.01)
-    turns = np.degrees(np.diff([pose.heading for pose in poses])) * 10
-    assert np.abs(turns).max() < 20
-    assert np.abs(points).max() < 230
+def test_scenarios_name_the_conditions_under_which_the_town_renders() -> None:
+    assert flights.TOWNS == town.TOWNS
+    assert set(flights.TIMES) == set(town.TIMES)
+    assert set(flights.WEATHERS) == set(town.WEATHERS)
 
 
-def test_the_camera_looks_where_it_flies() -> None:
-    poses = DEFAULT_FLIGHT.poses()
-    points = np.array([(pose.x, pose.y) for pose in poses])
-    course = np.arctan2(*np.diff(points, axis=0).T[::-1])
-    np.testing.assert_allclose(course, [pose.heading for pose in poses][:-1], atol=0.03)
+def test_labels_are_the_ids_of_the_classes() -> None:
+    assert town.CARLA_IDS == classes.CARLA_IDS
 
 
-def test_no_building_is_in_the_way() -> None:
-    town = build_town(1)
-    assert all(is_free(town, pose) for pose in DEFAULT_FLIGHT.poses()[::10])
+def test_the_town_draws_the_same_numbers() -> None:
+    ours, theirs = (draw(5, "sensor", 3).integers(2**32, size=4) for draw in (seeding.generator, generator))
+    assert (ours == theirs).all()
 
 
-def test_the_poses_of_the_default_flight_do_not_change() -> None:
-    first, last = DEFAULT_FLIGHT.poses()[0], DEFAULT_FLIGHT.poses()[-1]
-    assert (first.x, first.y, first.z) == pytest.approx((-150.982736, -71.674365, 50.0), abs=1e-5)
-    assert (last.x, last.y, last.heading) == pytest.approx((89.019036, 122.507996, 0.702621), abs=1e-5)
-
-
-@pytest.mark.parametrize("course", [0.0, 120.0, 210.0])
-def test_a_low_flight_follows_a_street_in_its_direction(course: float) -> None:
-    plan = FlightPlan(height=20, course_deg=course, frames=200)
-    town, poses = build_town(1), plan.poses()
-    assert all(is_free(town, pose) for pose in poses)
-    points = np.array([(pose.x, pose.y, pose.z) for pose in poses])
-    distances, _ = town.solid.meet(
-        points.astype(np.float32), np.tile([[0, 0, -1]], (200, 1)).astype(np.float32)
+def test_a_plan_has_the_conditions_of_its_specification() -> None:
+    spec = FlightSpec(town=3, height=80, angle=90, time="evening", weather="hazy", seed=4)
+    plan = FlightPlan.of(spec, 12)
+    assert plan == FlightPlan(
+        town=3, frames=12, height=80, pitch_deg=90, time="evening", weather="hazy", seed=4
     )
-    # the street, but for a bridge, a lamp or a tree here and there
-    assert np.median(distances) == pytest.approx(20, abs=0.1)
-    np.testing.assert_allclose(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1), 0.9, rtol=0.01)
-    way = points[-1] - points[0]
-    assert np.cos(np.arctan2(way[1], way[0]) - np.radians(course)) > 0.6
-    along = np.arctan2(*np.diff(points[:, :2], axis=0).T[::-1])
-    headings = np.array([pose.heading for pose in poses][:-1])
-    np.testing.assert_allclose(np.cos(along - headings), 1, atol=1e-3)
+    assert frames_for(410) == 600
 
 
-def test_a_street_is_what_a_low_flight_sees() -> None:
-    plan = FlightPlan(height=20, pitch_deg=90, frames=50, size=(36, 64))
-    streets = [CARLA_IDS[name] for name in ("road", "road line", "sidewalk", "car", "truck", "bus")]
-    middles = [frame.labels[15:21, 28:36] for frame in render_frames(plan, [0, 20, 40])]
-    assert np.isin(middles, streets).mean() > 0.8
+def test_mistakes_in_a_plan_and_in_views_are_errors_of_sunset(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InvalidInputError, match="town must be a whole number from 1 to 8, got 99"):
+        FlightPlan(town=99)
+    with pytest.raises(InvalidInputError, match="frames must be from 1"):
+        FlightPlan.of(FlightSpec(), 0)
+    with pytest.raises(InvalidInputError, match="heights must be"):
+        next(render_views(1, 1, 0, heights=(2,)))
+    monkeypatch.setattr("sunset.town.flight.is_free", lambda *_: False)
+    with pytest.raises(InvalidInputError, match="No street of town 1"):
+        next(render_frames(FlightPlan(height=20)))
 
 
-def test_every_frame_has_noise_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sunset.data.flight.render", lambda _, view, **__: view.seed)
-    seeds = {number for seed in (0, 1) for number in render_frames(FlightPlan(seed=seed))}
-    assert len(seeds) == 2 * DEFAULT_FLIGHT.frames
-
-
-def test_chosen_frames_equal_those_of_the_whole_flight() -> None:
-    plan = FlightPlan(frames=4, size=(36, 64))
-    whole = list(render_frames(plan))
-    chosen = list(render_frames(plan, [3, 1]))
-    assert len(whole) == 4
-    np.testing.assert_array_equal(chosen[0].rgb, whole[3].rgb)
-    np.testing.assert_array_equal(chosen[1].rgb, whole[1].rgb)
-    assert (whole[0].rgb != whole[1].rgb).any()
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"frames": 0}, "frames must be from 1"),
-        ({"height": 19.9}, "height must be from 20"),
-        ({"frames": 1400}, "at most 1200 m long, got 1400 frames over 1260 m"),
-        ({"pitch_deg": 91}, "pitch_deg must be"),
-        ({"speed": float("nan")}, "speed must be"),
-        ({"time": "night"}, "time of day"),
-        ({"town": 0}, "town must be"),
-        ({"seed": 1.5}, "seed must be"),
-    ],
-)
-def test_a_bad_plan_is_refused(change: dict[str, object], message: str) -> None:
-    with pytest.raises(InvalidInputError, match=message):
-        FlightPlan(**change)  # type: ignore[arg-type]
+def test_without_embreex_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sunset.town.town.EmbreeScene", None)
+    town.build_town.cache_clear()
+    with pytest.raises(MissingExtraError, match="fly a bag"):
+        next(render_frames(DEFAULT_FLIGHT))

@@ -1,4 +1,4 @@
-"""Frames: the town renderer, flights, flight bags (rosbag2) in and out, and the import of SynDrone."""
+"""Flights: rendered frames, bags (rosbag2) in and out, and the import of recordings."""
 
 from sunset.data.bag import TOPICS, BagReader, read_bag, write_bag
 from sunset.data.bag_statistics import BagStatistics, bag_statistics
@@ -14,12 +14,11 @@ from sunset.data.cache import (
     kept_bag,
 )
 from sunset.data.conventions import DEPTH_UNITS, IDS, SYNDRONE, Evidence, Reading
-from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, frames_for, render_frames
-from sunset.data.frame import DEPTH_RANGE_M, FRAME_SIZE, Frame
+from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, frames_for, render_frames, render_views
 from sunset.data.picture_folder import PictureFolder, find_pictures
 from sunset.data.syndrone import SynDroneFlight, find_syndrone, is_syndrone, survey_syndrone
-from sunset.data.views import HEIGHTS_M, PITCHES_DEG, TrainingView, render_views, training_views
 from sunset.flights import TIMES, WEATHERS
+from sunset.town import DEPTH_RANGE_M, FRAME_SIZE, HEIGHTS_M, PITCHES_DEG, RENDER_VERSION, Frame
 
 __all__ = [
     "DEFAULT_FLIGHT",
@@ -30,6 +29,7 @@ __all__ = [
     "IDS",
     "PITCHES_DEG",
     "RENDERING",
+    "RENDER_VERSION",
     "SYNDRONE",
     "TIMES",
     "TOPICS",
@@ -42,7 +42,6 @@ __all__ = [
     "PictureFolder",
     "Reading",
     "SynDroneFlight",
-    "TrainingView",
     "bag_checksum",
     "bag_statistics",
     "cache_folder",
@@ -60,6 +59,5 @@ __all__ = [
     "render_frames",
     "render_views",
     "survey_syndrone",
-    "training_views",
     "write_bag",
 ]

@@ -1,7 +1,7 @@
 """Flight bags: rosbag2 recordings of colour, depth and labels, written and read.
 
 A bag holds images on three topics, `/rgb_raw`, `/depth_raw` and `/gt_segmentation`, that belong together by
-the stamps of their headers. `write_bag` writes them in one way; `read_bag` reads what ROS 2 tools record.
+the stamps of their headers. `write_bag` writes a bag; `read_bag` reads bags of ROS 2 tools, too.
 """
 
 import sqlite3
@@ -33,39 +33,37 @@ from sunset.data.bag_images import (
 )
 from sunset.data.bag_paths import REMEDY, STORAGES, check_bag_path, check_uri, translated
 from sunset.data.conventions import SYNDRONE, Reading
-from sunset.data.frame import Frame, no_labels
 from sunset.data.pairing import pair
-from sunset.data.pixels import dimensions, resample
+from sunset.data.pixels import dimensions, no_labels, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.image_digests import Pixels, remember_digest
 from sunset.interfaces import message_definition, type_hash
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.output_files import flush, unwritable
+from sunset.town import Frame
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 
 _TRUTH: Final = "/gt_segmentation"
 _BYTES_PER_PIXEL: Final = 6
-"""Of a frame: colour, depth and label."""
+"""Colour, depth and label."""
 _MOST_KEPT: Final = 128 << 20
-"""Bytes of frames that a reader keeps."""
+"""The most bytes of frames that a reader keeps."""
 
 
 def write_bag(
     path: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], *, storage: str = "mcap"
 ) -> Path:
-    """Write a bag, all of it or nothing, and return its path; the same frames give the same bytes.
+    """Write a bag completely or not at all, and return its path; the same frames give the same bytes.
 
     Args:
-        path: to be made: a rosbag2 folder, whose name becomes that of the file in it, or, if it ends in
-            `.mcap` or `.db3`, such a file alone.
-        frames: in the order of their stamps, all of one size.
+        path: a rosbag2 folder, or a single file if it ends in `.mcap` or `.db3`.
+        frames: in the order of their stamps, all of the same size.
         stamps_ns: time of each frame in nanoseconds, from 0, strictly increasing.
         storage: "mcap" or "sqlite3"; a file's suffix overrules it.
 
     Raises:
-        InvalidInputError: frames and stamps are not as many, a stamp is not later than the one before, or the
-            storage is unknown.
+        InvalidInputError: the numbers of frames and stamps differ, stamps do not increase, or the storage is unknown.
         OutputError: the path exists or cannot be written, or is for sqlite3 and has #, ? or % in it.
     """
     alone = path.suffix in STORAGES
@@ -81,10 +79,10 @@ def write_bag(
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".writing-", dir=path.parent) as draft:
-            made = Path(draft) / (path.stem if alone else path.name)
-            _write(made, frames, stamps_ns, StoragePlugin[plugin])
-            flush(made)
-            (made / path.name if alone else made).rename(path)
+            folder = Path(draft) / (path.stem if alone else path.name)
+            _write(folder, frames, stamps_ns, StoragePlugin[plugin])
+            flush(folder)
+            (folder / path.name if alone else folder).rename(path)
     except sqlite3.Error as error:
         raise OutputError(f"The bag {path} cannot be written: {error}; name another place.") from error
     except OSError as error:
@@ -114,7 +112,7 @@ def _write(folder: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], plug
 
 @dataclass(frozen=True, slots=True)
 class _Entry:
-    """Where one image is: its time in the bag, the stamp that it carries, whether any depth or class in it is known."""
+    """An image in a bag: its time in the bag, its header's stamp, and whether any depth or class in it is known."""
 
     logged_ns: int
     stamp_ns: int
@@ -122,26 +120,26 @@ class _Entry:
 
 
 class BagReader:
-    """A bag that was opened and checked; made by `read_bag`.
+    """An opened and checked bag, as returned by `read_bag`.
 
-    Frames are read when they are asked for, and none is kept unless `keep` is called, by as many threads and forked
-    processes as like. Use it as a context manager, or `close` it.
+    Threads and forked processes may share it. Each call reads a frame again, unless `keep` was called. Use it as a
+    context manager, or `close` it.
     """
 
     def __init__(self, path: Path, reader: Reader, survey: "_Survey", size: tuple[int, int] | None) -> None:
         self.path: Final = path
         """The bag's folder or file."""
         self.size: Final = size or survey.size
-        """Height and width in pixels of every frame that is returned."""
+        """Height and width of the returned frames in pixels."""
         self.recorded_size: Final = survey.size
-        """Height and width in pixels of every image that the bag holds."""
+        """Height and width of the images in the bag in pixels."""
         self.topics: Final = survey.topics
-        """Type and number of messages of everything that the bag holds, by topic."""
+        """Type and number of messages of every topic in the bag."""
         self._reader = reader
         self._survey = survey
         self._moments = survey.moments()
         self._kept: tuple[Frame, ...] = ()
-        # a reader that nobody closed gives its file back with its memory
+        # a reader that was not closed closes its file when it is deleted
         weakref.finalize(self, _close, reader)
 
     def __len__(self) -> int:
@@ -162,18 +160,18 @@ class BagReader:
 
     @cached_property
     def stamps_ns(self) -> tuple[int, ...]:
-        """The frames' times in nanoseconds, those of their colour images, strictly increasing."""
+        """The stamps of the frames' colour images in nanoseconds, strictly increasing."""
         return tuple(rgb.stamp_ns for rgb, *_ in self._moments)
 
     @property
     def encodings(self) -> Mapping[str, str]:
-        """How the images are recorded, by the topic on which they are."""
-        found = self._survey.encodings
-        return MappingProxyType({topic: ", ".join(sorted(names)) for topic, names in found.items() if names})
+        """The encodings of the images on each recorded topic."""
+        encodings = self._survey.encodings.items()
+        return MappingProxyType({topic: ", ".join(sorted(names)) for topic, names in encodings if names})
 
     @property
     def dropped(self) -> Mapping[str, int]:
-        """How many images of each of `TOPICS` belong to no frame: they have no partner, or come twice."""
+        """Number of images of each of `TOPICS` outside frames: without a partner, or recorded twice."""
         frames = Counter(topic for moment in self._moments for topic, _ in zip(TOPICS, moment, strict=False))
         return MappingProxyType(
             {topic: count - frames[topic] for topic, count in self._survey.counts.items()}
@@ -181,14 +179,14 @@ class BagReader:
 
     @property
     def unlabelled(self) -> int:
-        """How many frames lack labels: an image of them, or any pixel of a class in it."""
+        """Number of frames without an image of labels, or without a pixel of a class in it."""
         return sum(not any(entry.known for entry in moment[2:]) for moment in self._moments)
 
     def frame(self, index: int) -> Frame:
-        """Return one frame, by its index in [0, len(self)); its arrays are read-only.
+        """Return the frame of an index in [0, len(self)); its arrays are read-only.
 
         Raises:
-            IndexError: there is no frame of this index.
+            IndexError: the index is out of range.
             DataError: the file was closed, or changed since it was opened.
         """
         if not 0 <= index < len(self):
@@ -196,10 +194,7 @@ class BagReader:
         return self._kept[index] if self._kept else self._read(index)
 
     def keep(self) -> None:
-        """Keep all frames, with the digests of their images, if they take 128 MiB at most.
-
-        So forked processes, which many runs take place in, need not read them again.
-        """
+        """Keep all frames, with the digests of their images, for forked processes, if they take 128 MiB at most."""
         if not self._kept and len(self) * prod(self.size) * _BYTES_PER_PIXEL <= _MOST_KEPT:
             frames = tuple(map(self._read, range(len(self))))
             for frame in frames:
@@ -235,7 +230,7 @@ def _close(reader: Reader) -> None:
 
 
 class _Survey:
-    """What one pass over all of a bag finds."""
+    """The result of a pass over a whole bag."""
 
     def __init__(self, path: Path, reader: Reader, reading: Reading) -> None:
         self._path = path
@@ -246,7 +241,7 @@ class _Survey:
         for connection in connections:
             counts[connection.topic] += connection.msgcount
         self.sources = {sensor.topic(topic, counts): topic for topic, sensor in SENSORS.items()}
-        """By the topic in the bag, which of `TOPICS` it stands for."""
+        """Topic in the bag → topic of `TOPICS`."""
         self.wanted = [connection for connection in connections if connection.topic in self.sources]
         self.topics = self._present(reader)
         self.encodings: dict[str, set[str]] = {name: set() for name in self.sources}
@@ -256,11 +251,11 @@ class _Survey:
         self._check_counts()
 
     def _present(self, reader: Reader) -> Mapping[str, tuple[str, int]]:
-        """Return all topics with their types and numbers of messages, when those that are needed fit."""
-        found: dict[str, tuple[str, int]] = {}
+        """Return all topics with their types and numbers of messages, after a check of the needed topics."""
+        topics: dict[str, tuple[str, int]] = {}
         for connection in sorted(reader.connections, key=lambda connection: connection.topic):
-            count = found.get(connection.topic, ("", 0))[1] + connection.msgcount
-            found[connection.topic] = connection.msgtype, count
+            count = topics.get(connection.topic, ("", 0))[1] + connection.msgcount
+            topics[connection.topic] = connection.msgtype, count
         for connection in self.wanted:
             if connection.msgtype not in {IMAGE, COMPRESSED_IMAGE}:
                 raise DataError(
@@ -268,12 +263,12 @@ class _Survey:
                     f"got {connection.msgtype}; record the camera's images."
                 )
         for name, topic in self.sources.items():
-            if name not in found and topic != _TRUTH:
+            if name not in topics and topic != _TRUTH:
                 raise DataError(
-                    f"The bag {self._path} must have the topic {name}, got {', '.join(found) or 'none'}; "
+                    f"The bag {self._path} must have the topic {name}, got {', '.join(topics) or 'none'}; "
                     "record it, or remap what stands for it."
                 )
-        return MappingProxyType(found)
+        return MappingProxyType(topics)
 
     def _add(self, connection: Connection, logged_ns: int, raw: bytes) -> None:
         topic = self.sources[connection.topic]
@@ -290,7 +285,7 @@ class _Survey:
         self._entries[topic].append(_Entry(logged_ns, image.stamp_ns, is_known(image.pixels, topic)))
 
     def _check_counts(self) -> None:
-        """Check that all images were found, and some on every topic."""
+        """Check that all images of the metadata are there, and some on every topic."""
         for name, topic in self.sources.items():
             expected, got = self.topics.get(name, ("", 0))[1], self.counts[topic]
             if got < expected:
@@ -304,37 +299,21 @@ class _Survey:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many images there are of each of `TOPICS`."""
+        """Number of images of each of `TOPICS`."""
         return {topic: len(entries) for topic, entries in self._entries.items()}
 
     def moments(self) -> list[tuple[_Entry, ...]]:
-        """Return where the images of each frame are, in the order of their stamps; two of a frame without labels.
+        """Return the images of each frame, in the order of their stamps; two images of a frame without labels.
 
         Raises:
-            DataError: no images belong together, or no depth is known in any of them.
+            DataError: no images belong together, or all their depths are unknown.
         """
-        # of images with the same stamp, the first that was recorded
-        firsts = [
-            sorted(
-                {entry.stamp_ns: entry for entry in reversed(self._entries[topic])}.values(),
-                key=lambda entry: entry.stamp_ns,
-            )
-            for topic in TOPICS
-        ]
+        firsts = [self._firsts(topic) for topic in TOPICS]
         stamps = [[entry.stamp_ns for entry in entries] for entries in firsts]
-        for topic, own in zip(TOPICS, stamps, strict=True):
-            if len(own) == 1 < len(self._entries[topic]):
-                raise DataError(
-                    f"The bag {self._path} must have images of several moments on {topic}, got {own[0]} ns as the "
-                    f"stamp of all {len(self._entries[topic])}: let the camera's driver set the stamps."
-                )
         matches, labels = pair(*stamps[:2]), {row[0]: row[1] for row in pair(stamps[0], stamps[2])}
         if not matches or (stamps[2] and not labels):
-            spans = "; ".join(
-                f"{topic} from {own[0]} to {own[-1]} ns"
-                for topic, own in zip(TOPICS, stamps, strict=True)
-                if own
-            )
+            own_stamps = ((topic, own) for topic, own in zip(TOPICS, stamps, strict=True) if own)
+            spans = "; ".join(f"{topic} from {own[0]} to {own[-1]} ns" for topic, own in own_stamps)
             raise DataError(
                 f"The bag {self._path} must have images of one moment on all three topics, got none "
                 f"({spans}); synchronise the cameras' clocks."
@@ -351,23 +330,33 @@ class _Survey:
             )
         return moments
 
+    def _firsts(self, topic: str) -> list[_Entry]:
+        """Return the images of a topic by stamp; of images with the same stamp, the first recorded."""
+        entries = self._entries[topic]
+        firsts = {entry.stamp_ns: entry for entry in reversed(entries)}
+        if len(firsts) == 1 < len(entries):
+            raise DataError(
+                f"The bag {self._path} must have images of several moments on {topic}, got {entries[0].stamp_ns} ns as "
+                f"the stamp of all {len(entries)}: let the camera's driver set the stamps."
+            )
+        return sorted(firsts.values(), key=lambda entry: entry.stamp_ns)
+
 
 def read_bag(path: Path, *, size: tuple[int, int] | None = None, reading: Reading = SYNDRONE) -> BagReader:
     """Open a bag and check all of it.
 
-    Any rosbag2 will do, in MCAP or sqlite3 storage, compressed or not, in one file or several, that holds
-    the topics, or what image_transport made of them. Images are paired by their stamps (`pair`); labels may be missing.
+    It may be any rosbag2 in MCAP or sqlite3 storage, compressed or not, in a file or several, with the topics or
+    image_transport's versions of them. Images are paired by their stamps; labels may be missing.
 
     Args:
-        path: the bag's folder, or the `.mcap` or `.db3` file itself.
-        size: height and width in pixels that the frames shall have: they are resampled when they are read.
-            None for the size of the recording.
-        reading: what the values of labels and depths mean.
+        path: the bag's folder, or its `.mcap` or `.db3` file.
+        size: height and width in pixels to which frames are resampled; None for the size of the recording.
+        reading: convention of the values of labels and depths.
 
     Raises:
-        DataError: it is missing, unreadable or not closed, lies where sqlite3 cannot open it, lacks images that
-            its metadata tells of, does not hold the topics in encodings that are understood and in
-            one size, or none of their images belong together, or no depth is known in those that do.
+        DataError: the bag is missing, unreadable or not closed, lies where sqlite3 cannot open it, lacks topics or
+            images of its metadata, has other encodings or several sizes, or its images do not belong together or
+            have no known depth.
     """
     with translated(path):
         check_bag_path(path)

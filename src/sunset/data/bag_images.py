@@ -1,4 +1,4 @@
-"""Between the image messages of a bag and the arrays of a frame."""
+"""Conversion between the image messages of a bag and the arrays of a frame."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,16 +10,7 @@ import numpy as np
 from sunset.bag_files import expand
 from sunset.classes import CLASS_OF_CARLA_ID, IGNORED
 from sunset.data.conventions import Reading
-from sunset.data.pixels import (
-    COLOUR_JPEG,
-    COLOUR_PNG,
-    DEPTH_PNG,
-    FAR,
-    LABEL_PNG,
-    bgr_of,
-    picture,
-    raw_pixels,
-)
+from sunset.data.pixels import COLOUR_JPEG, COLOUR_PNG, DEPTH_PNG, FAR, LABEL_PNG, bgr_of, picture, raw_pixels
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
 from sunset.interfaces import deserialize, serialize
@@ -39,9 +30,9 @@ _PNG: Final = b"\x89PNG"
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """How images of one sensor may be recorded: encodings of an `Image`, pictures of a `CompressedImage`.
+    """The accepted images of a sensor: encodings of an `Image`, pictures of a `CompressedImage`.
 
-    Transports are what image_transport may append to the topic; the first that has messages is read.
+    Transports are suffixes of the topic by image_transport; the first transport that has messages is read.
     """
 
     encodings: tuple[str, ...]
@@ -49,9 +40,9 @@ class Sensor:
     transports: tuple[str, ...] = ("", "/compressed")
 
     def topic(self, topic: str, counts: Mapping[str, int]) -> str:
-        """Return the name under which the sensor's topic is recorded; `topic` itself if it is not at all.
+        """Return the recorded name of the sensor's topic, or `topic` itself.
 
-        `counts` are the numbers of messages of all that is recorded, by topic; all 0 if they were not counted.
+        `counts` are the numbers of messages of all recorded topics; all 0 if they were not counted.
         """
         names = [topic + transport for transport in self.transports if topic + transport in counts]
         return min(names, key=lambda name: not counts[name], default=topic)
@@ -71,7 +62,7 @@ SENSORS: Final = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """One message's image: when it was taken, its encoding or compressed format, and pixels as a `Frame` has them."""
+    """A message's image: its time, its encoding or compressed format, and pixels as in a `Frame`."""
 
     stamp_ns: int
     encoding: str
@@ -79,12 +70,10 @@ class Recorded:
 
 
 def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str, reading: Reading) -> Recorded:
-    """Return the image in a serialized message of a type, `IMAGE` or `COMPRESSED_IMAGE`, and of a sensor's topic.
-
-    `reading` says what the values of labels and depths mean.
+    """Return the image in a serialized message of the type `IMAGE` or `COMPRESSED_IMAGE`.
 
     Raises:
-        DataError: it is not of an accepted encoding, or damaged; `place` says which image it is.
+        DataError: its encoding is not accepted, or it is damaged; `place` names the image.
     """
     plain = expand(raw) if bytes(raw[:4]) == _ZSTD else raw
     message: Image | CompressedImage
@@ -94,7 +83,7 @@ def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str, reading:
         pixels = raw_pixels(message, place, SENSORS[topic].encodings)
     else:
         message = deserialize(plain, CompressedImage)
-        encoding, order = message.format, "bgr8"  # the order of our pictures, whatever was recorded
+        encoding, order = message.format, "bgr8"  # the order of decoded pictures
         pixels = _unpacked(message, topic, place)
     if topic == "/rgb_raw":
         pixels = bgr_of(pixels, order)
@@ -107,7 +96,7 @@ def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str, reading:
 
 
 def is_known(pixels: Pixels, topic: str) -> bool:
-    """Return whether any depth, or any class, in an image of a sensor's topic is known."""
+    """Return whether any depth, or any class, in an image of a topic is known."""
     if topic == "/depth_raw":
         return bool((pixels < FAR).any())
     return topic == "/gt_segmentation" and bool((CLASS_OF_CARLA_ID.take(pixels) != IGNORED).any())
@@ -122,16 +111,13 @@ def _unpacked(message: CompressedImage, topic: str, place: str) -> Pixels:
                 f"The image {place} must hold depth as it was measured, got {message.format!r}, which holds "
                 "rounded reciprocals: record the uncompressed topic."
             )
-        # compressedDepth puts a header of its own before the picture
+        # compressedDepth puts a header before the picture
         data = data[max(data.find(_PNG), 0) :]
     return picture(data, place, SENSORS[topic].pictures)
 
 
 def serialized(image: Pixels, encoding: str, stamp_ns: int) -> bytes:
-    """Return a serialized `sensor_msgs/msg/Image`, taken at a time in nanoseconds.
-
-    The image is (H, W) or (H, W, channels), in the order and type that the encoding says.
-    """
+    """Return a serialized `sensor_msgs/msg/Image` of an image (H, W) or (H, W, channels) in its encoding's type."""
     little = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("<"))
     return serialize(
         Image(

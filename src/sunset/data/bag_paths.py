@@ -23,7 +23,7 @@ _REMEDIES: Final = MappingProxyType(
         "Profile is not ros2": "give one of ROS 2",
     }
 )
-"""Words in the library's message → the remedy, where it is not `REMEDY`."""
+"""Words in the library's message → a remedy other than `REMEDY`."""
 
 STORAGES: Final = {".mcap": "mcap", ".db3": "sqlite3"}
 _OF_DAMAGE: Final = (
@@ -35,15 +35,15 @@ _OF_DAMAGE: Final = (
     UnicodeDecodeError,
     struct.error,
 )
-"""Errors of Python in the library, whose texts say nothing about the bag."""
+"""Errors of Python in the library, whose texts do not describe the bag."""
 
 
 def check_bag_path(path: Path) -> None:
     """Check that a path looks like a bag whose files are whole.
 
     Raises:
-        DataError: it is missing, of another kind, in sqlite3 under a path that cannot be opened, or was not
-            closed by its recorder.
+        DataError: it is missing, of another kind, truncated, not closed by its recorder, or in sqlite3 under a path
+            that sqlite3 cannot open.
     """
     if not path.exists():
         raise DataError(f"There is no bag at {path}: give the folder or the file of a rosbag2 recording.")
@@ -69,11 +69,7 @@ def check_bag_path(path: Path) -> None:
 
 
 def check_uri(path: Path, error: type[DataError | OutputError]) -> None:
-    """Check that sqlite3, which is given a path as a URI, opens it and no other file.
-
-    Raises:
-        DataError, OutputError: it does not, and that is the `error` which is asked for.
-    """
+    """Check a path for sqlite3, which takes it as a URI; raise `error` if it would open another file."""
     if set("#?%") & set(str(path.absolute())):
         raise error(
             f"A bag in sqlite3 must lie under a path without #, ? and %, got {path.absolute()}: rename it, "
@@ -82,7 +78,7 @@ def check_uri(path: Path, error: type[DataError | OutputError]) -> None:
 
 
 def _check_closed(file: Path) -> None:
-    """Check that a file of sqlite3's has no messages left in its write-ahead log, which is not read."""
+    """Check that all messages of a sqlite3 file are in it, and none in its write-ahead log, which is not read."""
     log = Path(f"{file}-wal")
     if log.exists() and log.stat().st_size:
         raise DataError(
@@ -92,9 +88,9 @@ def _check_closed(file: Path) -> None:
 
 
 def _check_whole(file: Path, bag: Path) -> None:
-    """Check that a file of sqlite3's is as long as it says; sqlite3 misses the end only where it looks for it.
+    """Check that a sqlite3 file is as long as its header says, since sqlite3 notices a missing end only on reading it.
 
-    Its header: https://www.sqlite.org/fileformat.html, section 1.3.
+    The header: https://www.sqlite.org/fileformat.html, section 1.3.
     """
     try:
         with open_regular(file) as opened:
@@ -102,9 +98,9 @@ def _check_whole(file: Path, bag: Path) -> None:
     except OSError as error:
         raise DataError(f"The bag {bag} cannot be read: {error.strerror}.") from error
     if header[24:28] != header[92:96]:
-        return  # written by a version that does not keep its number of pages
+        return  # its writer did not count the pages
     page, pages = int.from_bytes(header[16:18]), int.from_bytes(header[28:32])
-    page = 65536 if page == 1 else page  # which two bytes cannot say
+    page = 65536 if page == 1 else page  # the largest size does not fit into two bytes
     expected, got = page * pages, file.stat().st_size
     if got < expected:
         raise DataError(
@@ -115,9 +111,9 @@ def _check_whole(file: Path, bag: Path) -> None:
 
 @contextmanager
 def translated(path: Path, *, opened: bool = False) -> Iterator[None]:
-    """Turn whatever the bag library raises about a broken file into one `DataError`.
+    """Turn exceptions of the bag library about a broken file into a `DataError`.
 
-    `opened` says whether the bag was read before, so that only a change since then can be what is wrong.
+    If the bag was `opened` before, the error says that it has changed since.
     """
     try:
         yield
@@ -126,20 +122,20 @@ def translated(path: Path, *, opened: bool = False) -> Iterator[None]:
     except Exception as error:  # the library raises a dozen kinds on broken files, none documented
         if lacking := shortage(error):
             raise DataError(f"The bag {path} cannot be read now: {lacking}.") from error
-        what = str(error)
+        reason = str(error)
         if isinstance(error, OSError) and error.filename:
-            what = f"{Path(error.filename).name}: {error.strerror}"
-        if not what or isinstance(error, _OF_DAMAGE):
-            what = "it is damaged"
-        what = what.splitlines()[0].partition(";")[0].rstrip(".")
+            reason = f"{Path(error.filename).name}: {error.strerror}"
+        if not reason or isinstance(error, _OF_DAMAGE):
+            reason = "it is damaged"
+        reason = reason.splitlines()[0].partition(";")[0].rstrip(".")
         if opened:
             raise DataError(
-                f"The bag {path} was closed, or changed after it was opened: {what}; open it again."
+                f"The bag {path} was closed, or changed after it was opened: {reason}; open it again."
             ) from error
         if isinstance(error, KeyError):
             raise DataError(
                 f"The bag {path} cannot be read as a rosbag2: it lacks or has an unknown {error}; {REMEDY}, "
                 "without topics that are not CDR."
             ) from error
-        remedy = next((remedy for words, remedy in _REMEDIES.items() if words in what), REMEDY)
-        raise DataError(f"The bag {path} cannot be read as a rosbag2: {what}; {remedy}.") from error
+        remedy = next((remedy for words, remedy in _REMEDIES.items() if words in reason), REMEDY)
+        raise DataError(f"The bag {path} cannot be read as a rosbag2: {reason}; {remedy}.") from error

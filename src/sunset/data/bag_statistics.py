@@ -1,8 +1,8 @@
-"""What a bag holds: how many frames of what, which classes, which depths."""
+"""Statistics of a bag: its frames, topics, classes and depths."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,29 +10,29 @@ import numpy as np
 from sunset.classes import CARLA_IDS
 from sunset.data.bag import BagReader
 from sunset.data.conventions import Evidence
-from sunset.data.frame import DEPTH_RANGE_M
 from sunset.data.pixels import FAR
+from sunset.town import DEPTH_RANGE_M
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BagStatistics:
-    """What a bag holds.
+    """Statistics of a bag.
 
     Attributes:
-        path: the bag's.
-        frames: how many.
+        path: the bag.
+        frames: number of frames.
         size: height and width in pixels.
-        seconds: from the first to the last.
-        rate_hz: frames a second; None of a single moment.
-        topics: name → type and number of messages.
-        encodings: name of a topic of images → their encoding.
-        dropped: name of a topic → images that belong to no frame.
-        classes: name → share of the pixels, the largest first; those that are there.
-        ignored: the share of pixels that are of no class.
-        unlabelled: how many frames lack labels.
-        doubts: which conventions it probably follows instead of SynDrone's, a sentence each.
-        depth_m: the least and the greatest that is known [m].
-        depth_far: the share of pixels whose depth is greater, or not known.
+        seconds: from the first frame to the last.
+        rate_hz: frames a second; None for a single moment.
+        topics: topic → type and number of messages.
+        encodings: topic of images → their encoding.
+        dropped: topic → number of images outside frames.
+        classes: class → share of the pixels, the largest first; absent classes are left out.
+        ignored: share of pixels without a class.
+        unlabelled: number of frames without labels.
+        doubts: a sentence for each convention other than SynDrone's that the bag probably follows.
+        depth_m: least and greatest known depth [m].
+        depth_far: share of pixels whose depth is greater or unknown.
     """
 
     path: Path
@@ -51,31 +51,16 @@ class BagStatistics:
     depth_far: float
 
     def to_json(self) -> dict[str, object]:
-        """Return it as JSON values."""
-        height, width = self.size
-        return {
-            "bag": str(self.path),
-            "frames": self.frames,
-            "width": width,
-            "height": height,
-            "seconds": self.seconds,
-            "rate_hz": self.rate_hz,
-            "topics": {
-                topic: {"type": kind, "messages": count} for topic, (kind, count) in self.topics.items()
-            },
-            "encodings": dict(self.encodings),
-            "dropped": dict(self.dropped),
-            "classes": dict(self.classes),
-            "ignored": self.ignored,
-            "unlabelled": self.unlabelled,
-            "doubts": list(self.doubts),
-            "depth_m": list(self.depth_m),
-            "depth_far": self.depth_far,
-        }
+        """Return the statistics as JSON values."""
+        values = asdict(self)
+        height, width = values.pop("size")
+        head = {"bag": str(values.pop("path")), "frames": self.frames, "width": width, "height": height}
+        topics = {topic: {"type": kind, "messages": count} for topic, (kind, count) in self.topics.items()}
+        return {**head, **values, "topics": topics, "depth_m": list(self.depth_m)}
 
 
 def bag_statistics(reader: BagReader, *, progress: Callable[[int, int], None] | None = None) -> BagStatistics:
-    """Look at every frame of a bag; `progress` is called with (frames done, frames in all).
+    """Return the statistics of all frames of a bag; `progress` is called with (frames done, frames in all).
 
     Raises:
         DataError: a frame cannot be read.

@@ -5,8 +5,8 @@ import json
 import os
 import shutil
 import tempfile
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future
 from contextlib import contextmanager, nullcontext
 from dataclasses import asdict
 from functools import lru_cache, partial
@@ -15,23 +15,21 @@ from typing import Final
 
 from sunset.data.bag import write_bag
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
-from sunset.data.frame import Frame
 from sunset.errors import DataError, OutputError
 from sunset.input_files import file_digest, read_text
+from sunset.town import RENDER_VERSION, Frame
 from sunset.workers import Progress, check_jobs, processors, worker_pool
-
-RENDER_VERSION: Final = 2
-"""Grows whenever a rendered byte changes, so that flights in users' caches are rendered anew."""
 
 CHECKSUM_FILE: Final = "checksum.json"
 _BAG: Final = "flight"
 BATCH: Final = 10
+"""Frames that a process renders at a time."""
 RENDERING: Final = "Rendering"
-"""What is done where flights are rendered, in words."""
+"""The name of rendering in progress lines."""
 
 
 def cache_folder() -> Path:
-    """Return the folder that things made once are kept in; it need not exist yet.
+    """Return the cache folder, which may not exist yet.
 
     It is `SUNSET_CACHE_DIR` if set, else `sunset` in `XDG_CACHE_HOME`, else `~/.cache/sunset`.
     """
@@ -40,13 +38,18 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "sunset"
 
 
+def flights_folder() -> Path:
+    """Return the folder of rendered flights and facts about them, which may not exist yet."""
+    return cache_folder() / "flights"
+
+
 def default_flight(*, progress: Progress | None = None, jobs: int | None = None) -> Path:
     """Return `flight_bag` of the flight that experiments use."""
     return flight_bag(DEFAULT_FLIGHT, progress=progress, jobs=jobs)
 
 
 def flight_bag(plan: FlightPlan, *, progress: Progress | None = None, jobs: int | None = None) -> Path:
-    """Return the bag of a flight, rendered on first use and kept as by `kept_bag`; as `flight_bags`."""
+    """Return the bag of a flight, as `flight_bags`."""
     return flight_bags([plan], progress=progress, jobs=jobs)[0]
 
 
@@ -55,12 +58,12 @@ def flight_bags(
 ) -> list[Path]:
     """Return the bags of flights, rendered on first use by several processes, and kept as by `kept_bag`.
 
-    Who else on this computer renders into the same cache folder is waited for.
+    It waits for other processes of this computer that render into the same cache folder.
 
     Args:
         plans: of the flights.
-        progress: called with (frames done, frames in all) of those that are rendered.
-        jobs: how many processes render; as many as there are processors, at most 8, if not given. It changes no byte.
+        progress: called with (frames done, frames in all) of the rendered flights.
+        jobs: number of processes; by default, the number of processors, at most 8. It changes no byte.
 
     Raises:
         InvalidInputError: `jobs` is less than 1, or a flight cannot be flown as planned.
@@ -69,7 +72,7 @@ def flight_bags(
     """
     check_jobs(jobs)
     missing = [plan for plan in dict.fromkeys(plans) if not _is_there(plan)]
-    with _locked() if missing else nullcontext():  # it is not begun where nothing can be kept
+    with _locked() if missing else nullcontext():  # an unwritable folder fails before anything is rendered
         missing = [plan for plan in missing if not _is_there(plan)]
         with _rendered(missing, progress, jobs) as frames:
             for plan in missing:
@@ -94,12 +97,12 @@ def _locked() -> Iterator[None]:
 
 
 def flight_place(plan: FlightPlan) -> Path:
-    """Return where the bag of a flight is kept, whether or not it is there."""
+    """Return the place of a flight's bag, which may not exist yet."""
     return _home(f"town{plan.town}", asdict(plan)) / _BAG
 
 
 def bag_checksum(path: Path) -> str:
-    """Return the SHA-256 over the files of a bag, in hexadecimal; it is computed once, unless they have changed since.
+    """Return the SHA-256 over the files of a bag, in hexadecimal; it is computed again only if they have changed.
 
     Raises:
         DataError: the bag cannot be read.
@@ -123,11 +126,11 @@ def kept_bag(
 ) -> Path:
     """Return a bag of rendered frames, rendered on first use and kept in the cache folder.
 
-    The bag's checksum is verified on every later use; a bag that does not match is rendered anew.
+    Every later use verifies the bag's checksum, and renders a bag that does not match again.
 
     Args:
         name: of its folder, before a checksum of the facts.
-        facts: all that the frames depend on but the renderer; what `json` can write.
+        facts: everything that the frames depend on except the renderer, as JSON values.
         frames: renders them.
         stamps_ns: the time of each in nanoseconds.
 
@@ -141,16 +144,15 @@ def kept_bag(
             return bag
         home.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".rendering-", dir=home.parent) as draft:
-            made = Path(draft) / home.name
-            write_bag(made / bag.name, frames(), stamps_ns)
-            (made / CHECKSUM_FILE).write_text(json.dumps(_checksums(made / bag.name), indent=1) + "\n")
-            _move(made, home)
+            finished = Path(draft) / home.name
+            write_bag(finished / _BAG, frames(), stamps_ns)
+            (finished / CHECKSUM_FILE).write_text(json.dumps(_checksums(finished / _BAG), indent=1) + "\n")
+            _move(finished, home)
     return bag
 
 
 @contextmanager
 def _translated() -> Iterator[None]:
-    """Turn the operating system's errors into ours."""
     try:
         yield
     except OSError as error:
@@ -160,24 +162,17 @@ def _translated() -> Iterator[None]:
         ) from error
 
 
-def flights_folder() -> Path:
-    """Return the folder that flights are kept in, and what is known of them; it need not exist yet."""
-    return cache_folder() / "flights"
-
-
 def _home(name: str, facts: Mapping[str, object]) -> Path:
-    """Return the folder of what is rendered with these facts."""
     key = json.dumps({"version": RENDER_VERSION, **facts}, sort_keys=True)
     return flights_folder() / f"{name}-{hashlib.sha256(key.encode()).hexdigest()[:16]}"
 
 
 def _checksums(bag: Path) -> dict[str, str]:
-    """Return file name → SHA-256 of everything in a bag's folder."""
     return {path.name: file_digest(path) for path in sorted(bag.iterdir())}
 
 
 def _is_intact(home: Path) -> bool:
-    """Say whether a kept flight is there and matches its checksums."""
+    """Return whether a kept flight exists and matches its checksums."""
     try:
         expected = json.loads(read_text(home / CHECKSUM_FILE))
         return bool(expected) and expected == _checksums(home / _BAG)
@@ -186,21 +181,21 @@ def _is_intact(home: Path) -> bool:
 
 
 def _is_there(plan: FlightPlan) -> bool:
-    """Say whether a flight need not be rendered; of one that cannot be read, `kept_bag` says why."""
+    """Return whether a flight need not be rendered; if it cannot be read, `kept_bag` raises the error."""
     try:
         return _is_intact(flight_place(plan).parent)
     except OSError:
         return False
 
 
-def _move(made: Path, home: Path) -> None:
-    """Put a finished flight in its place, unless another process has meanwhile."""
+def _move(finished: Path, home: Path) -> None:
+    """Put a flight in its place, unless another process has meanwhile."""
     if _is_intact(home):
         return
     if home.exists():
         shutil.rmtree(home)
     try:
-        made.rename(home)
+        finished.rename(home)
     except OSError:
         if not _is_intact(home):
             raise
@@ -210,14 +205,13 @@ def _move(made: Path, home: Path) -> None:
 def _rendered(
     plans: Sequence[FlightPlan], progress: Progress | None, jobs: int | None
 ) -> Iterator[Callable[[FlightPlan], Iterator[Frame]]]:
-    """Give a function that returns the frames of one of several flights, to be called once for each, in their order.
+    """Give a function that returns the frames of a flight, to be called once for each plan in their order.
 
-    Processes render ahead: the next flight is begun while the frames of one are used.
+    Processes render ahead: they begin the next flight while the frames of a flight are used.
     """
     total, done = sum(plan.frames for plan in plans), 0
-    count = min(processors(), 8) if jobs is None else jobs
-    batches = {plan: range(0, plan.frames, BATCH) for plan in plans}
-    count = min(count, sum(map(len, batches.values())))
+    batches = [(plan, start) for plan in plans for start in range(0, plan.frames, BATCH)]
+    count = min(min(processors(), 8) if jobs is None else jobs, len(batches))
 
     def counted(frames: Iterable[Frame]) -> Iterator[Frame]:
         nonlocal done
@@ -233,18 +227,13 @@ def _rendered(
         yield lambda plan: counted(render_frames(plan))
         return
     with worker_pool(count) as pool:
-        futures = {
-            plan: [pool.submit(_render_batch, plan, start) for start in starts]
-            for plan, starts in batches.items()
-        }
-        yield lambda plan: counted(frame for future in _each(futures[plan]) for frame in future.result())
+        pending = deque((plan, pool.submit(_render_batch, plan, start)) for plan, start in batches)
 
+        def collected(plan: FlightPlan) -> Iterator[Frame]:
+            while pending and pending[0][0] == plan:
+                yield from pending.popleft()[1].result()
 
-def _each(futures: list[Future[list[Frame]]]) -> Iterator[Future[list[Frame]]]:
-    """Yield futures in their order, and keep none that was used, since it has its frames."""
-    futures.reverse()
-    while futures:
-        yield futures.pop()
+        yield lambda plan: counted(collected(plan))
 
 
 def _render_batch(plan: FlightPlan, start: int) -> list[Frame]:

@@ -1,4 +1,4 @@
-"""Conventions for the values in label and depth images, and their conversion to those of a frame."""
+"""Conventions for the values in label and depth images, and their conversion to a frame's values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.classes import CARLA_IDS
-from sunset.data.frame import DEPTH_RANGE_M, Frame
 from sunset.data.pixels import FAR, counts_of_metres
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
+from sunset.town import DEPTH_RANGE_M, Frame
 
 IDS_OF_NO_CLASS: Final = MappingProxyType({"none": 0, "pedestrians": 4, "vehicles": 10, "any": 255})
-"""Ids that CARLA defines and SynDrone's classes leave out: such pixels are ignored, not refused."""
+"""CARLA's ids outside SynDrone's classes: such pixels are ignored, not refused."""
 
 _NEWER_CARLA: Final = (
     *("none", "road", "sidewalk", "building", "wall", "fence", "pole", "traffic light", "traffic sign"),
@@ -24,7 +24,7 @@ _NEWER_CARLA: Final = (
     *("bicycle", "static", "dynamic", "other", "water", "road line", "ground", "bridge", "rail track"),
     "guard rail",
 )
-"""What the ids from 0 on mean since CARLA 0.9.14."""
+"""The meanings of the ids from 0 on since CARLA 0.9.14."""
 
 IDS: Final[Mapping[str, Mapping[int, int]]] = MappingProxyType(
     {
@@ -42,47 +42,47 @@ _NAMES: Final = MappingProxyType(
     }
 )
 DEPTH_UNITS: Final = ("counts", "mm")
-"""What whole numbers in a depth image are: counts of 1000 / 65535 m, or millimetres."""
+"""Units of whole numbers in a depth image: counts of 1000 / 65535 m, or millimetres."""
 
 _WIDE: Final = frozenset(
     CARLA_IDS[name] for name in ("building", "road", "sidewalk", "vegetation", "terrain", "ground")
 )
 """The ids of most pixels of a town."""
 _CLEARLY: Final = 0.2
-"""By how much the share of `_WIDE` must be larger for a convention to be likelier than another."""
+"""The excess of the share of `_WIDE` that makes a convention likelier than another."""
 _LEAST_VALUES: Final = 3
 _HIGH_M: Final = 150.0
-"""A flight that is further away from everything is in millimetres, or very high."""
+"""Least depth of a flight that is in millimetres, or very high."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How label and depth images are read.
+    """A convention of label and depth images.
 
     Attributes:
         ids: one of `IDS`.
-        depth_unit: one of `DEPTH_UNITS`, for depth in whole numbers; in floating-point numbers it is in metres.
+        depth_unit: one of `DEPTH_UNITS`, for whole numbers; floating-point numbers are in metres.
     """
 
     ids: str = "syndrone"
     depth_unit: str = "counts"
 
     def __str__(self) -> str:
-        """Return it as a sentence."""
+        """Return the convention as a sentence."""
         unit = {"counts": "counts of 1000 / 65535 m", "mm": "millimetres"}[self.depth_unit]
         return f"Labels are read as {_NAMES[self.ids]}, whole numbers of depth as {unit}."
 
     def labels(self, pixels: npt.NDArray[np.uint8], place: str) -> npt.NDArray[np.uint8]:
-        """Return labels (H, W) as a frame has them; `place` says in errors which image it is.
+        """Return the labels (H, W) of a frame.
 
         Raises:
-            DataError: there is a value that the convention does not have.
+            DataError: a value is not in the convention; `place` names the image.
         """
         table = IDS[self.ids]
         strange = np.isin(np.arange(256), list(table), invert=True).astype(np.uint8)
         if cv2.LUT(pixels, strange).any():
-            found = np.unique(pixels)
-            values = ", ".join(str(number) for number in found[strange[found] > 0])
+            numbers = np.unique(pixels)
+            values = ", ".join(str(number) for number in numbers[strange[numbers] > 0])
             raise DataError(
                 f"The image {place} must hold {_NAMES[self.ids]}, got {values}; say what they are with "
                 "'sunset data import --ids', or map them to these."
@@ -94,7 +94,7 @@ class Reading:
         )
 
     def depth(self, pixels: Pixels) -> npt.NDArray[np.uint16]:
-        """Return depth (H, W) as counts; of millimetres, 0 and the largest are not known."""
+        """Return depth (H, W) as counts; in millimetres, 0 and the largest value are unknown."""
         if pixels.dtype.kind == "f":
             return counts_of_metres(pixels)
         if self.depth_unit == "counts":
@@ -103,7 +103,7 @@ class Reading:
 
 
 SYNDRONE: Final = Reading()
-"""How SynDrone's images are read, which is the default."""
+"""The convention of SynDrone, the default."""
 
 
 class Evidence:
@@ -114,22 +114,22 @@ class Evidence:
         self._nearest = FAR
 
     def add(self, frame: Frame) -> None:
-        """Look at a frame."""
+        """Count a frame."""
         counts = np.bincount(frame.labels.ravel(), minlength=256)
-        if counts[0] < frame.labels.size:  # it has labels
+        if counts[0] < frame.labels.size:
             self._ids += counts
         self._nearest = min(self._nearest, int(frame.depth.min()))
 
     def doubts(self) -> list[str]:
-        """Return which conventions the frames probably follow instead, a sentence each.
+        """Return a sentence for each convention that the frames probably follow instead.
 
         Most of a town is buildings, roads, plants and ground. Ids are doubted where another convention has clearly more
-        of them, and depth where nothing is nearer than from a very high flight.
+        of them, and depth where the nearest point is as far as on a very high flight.
         """
-        found, shares = np.flatnonzero(self._ids).tolist(), dict.fromkeys(IDS, 0.0)
+        present, shares = np.flatnonzero(self._ids).tolist(), dict.fromkeys(IDS, 0.0)
         for name, table in IDS.items():
-            if len(found) >= _LEAST_VALUES and set(found) <= set(table):
-                wide = sum(int(self._ids[number]) for number in found if table[number] in _WIDE)
+            if len(present) >= _LEAST_VALUES and set(present) <= set(table):
+                wide = sum(int(self._ids[number]) for number in present if table[number] in _WIDE)
                 shares[name] = wide / int(self._ids.sum())
         likely = max(shares, key=shares.__getitem__)
         sentences = []

@@ -1,4 +1,4 @@
-"""Which images of several sensors belong to one moment."""
+"""Matching of the images of several sensors by their stamps."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -7,20 +7,17 @@ import numpy as np
 import numpy.typing as npt
 
 _LONE_PERIOD_NS: Final = 100_000_000
-"""The period that is assumed where there is only one image."""
+"""The assumed period of a single image."""
 
 Stamps = npt.NDArray[np.int64]
 
 
 def pair(first: Sequence[int], *others: Sequence[int]) -> list[tuple[int, ...]]:
-    """Match every stamp of the first sensor with the nearest one of each other sensor.
+    """Return for each moment, in order, the position of its stamp in each sensor's stamps.
 
     Two stamps match if each is the nearest to the other and they are less than half a period of the first
-    sensor apart (its median distance of stamps); a moment that one sensor lacks is left out. Stamps are in
-    nanoseconds, and increase.
-
-    Returns:
-        For each moment, in order, the position of its stamp in each sequence.
+    sensor apart (its median distance of stamps); incomplete moments are left out. Stamps are in nanoseconds, and
+    increase.
 
     >>> pair([0, 100, 200], [1, 198], [0, 100, 201])
     [(0, 0, 0), (2, 1, 2)]
@@ -41,7 +38,7 @@ def pair(first: Sequence[int], *others: Sequence[int]) -> list[tuple[int, ...]]:
 
 
 def _nearest(wanted: Stamps, given: Stamps) -> npt.NDArray[np.intp]:
-    """Return, for each wanted stamp, the position of the nearest given one; the earlier of two as near."""
+    """Return for each wanted stamp the position of the nearest given stamp; of two as near, the earlier."""
     right = np.minimum(np.searchsorted(given, wanted), len(given) - 1)
     left = np.maximum(right - 1, 0)
     return np.where(wanted - given[left] <= given[right] - wanted, left, right)

@@ -1,4 +1,4 @@
-"""A plain folder of pictures: the frames of a flight from anywhere, in `rgb`, `depth` and `labels`."""
+"""Folders of pictures: the frames of a flight in `rgb`, `depth` and `labels`."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -10,18 +10,19 @@ from types import MappingProxyType
 from typing import Final
 
 from sunset.data.conventions import SYNDRONE, Reading
-from sunset.data.frame import FRAME_SIZE, Frame, no_labels
 from sunset.data.pixels import (
     COLOUR_JPEG,
     COLOUR_PNG,
     DEPTH_PNG,
     LABEL_PNG,
     dimensions,
+    no_labels,
+    read_ahead,
     read_picture,
     resample,
 )
-from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
+from sunset.town import FRAME_SIZE, Frame
 
 _KINDS: Final = MappingProxyType(
     {"rgb": (COLOUR_JPEG, COLOUR_PNG), "depth": (DEPTH_PNG,), "labels": (LABEL_PNG,)}
@@ -35,12 +36,12 @@ _READINGS: Final = MappingProxyType[str, tuple[re.Pattern[str], Callable[[str], 
         "hexadecimal": (re.compile(r"(?:0[xX])?[0-9a-fA-F]+"), partial(int, base=16)),
     }
 )
-"""How a name can be read as one number → the pattern of such names, and how to get the number."""
+"""Number format → the pattern of names in it, and the conversion to a number."""
 
 
 @dataclass(frozen=True, slots=True)
 class PictureFolder:
-    """The pictures of a flight, or of a part: of each frame the files of its colour, its depth, its labels if any."""
+    """The pictures of a flight or a part of it: each frame's files of colour, depth and, if any, labels."""
 
     folder: Path
     files: tuple[tuple[Path, ...], ...]
@@ -50,23 +51,17 @@ class PictureFolder:
 
     @property
     def unlabelled(self) -> int:
-        """How many frames lack labels."""
+        """Number of frames without labels."""
         return sum(len(files) < len(_KINDS) for files in self.files)
 
     def frames(
-        self,
-        size: tuple[int, int] = FRAME_SIZE,
-        *,
-        jobs: int | None = None,
-        reading: Reading = SYNDRONE,
+        self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None, reading: Reading = SYNDRONE
     ) -> Iterator[Frame]:
-        """Return the frames in order, resampled to a height and width in pixels, and read as `read_ahead` does it.
-
-        `reading` says what the values of labels and depths mean.
+        """Return the frames in order, resampled to a height and width in pixels; `jobs` threads read ahead.
 
         Raises:
-            DataError: a picture cannot be read, is damaged, of another kind or of another size than the first, or its
-                ids are none of CARLA's.
+            DataError: a picture cannot be read, is damaged, of another kind or of another size than the first, or has
+                ids outside the convention `reading`.
         """
         first = read_picture(self.files[0][0], _KINDS["rgb"]).shape
         return read_ahead(partial(_frame, (first[0], first[1]), size, reading), self.files, jobs=jobs)
@@ -78,11 +73,10 @@ def _frame(
     pictures = []
     for name, path in zip(_KINDS, files, strict=False):
         pixels = read_picture(path, _KINDS[name])
-        found = pixels.shape[0], pixels.shape[1]
-        if found != recorded:
+        if (got := (pixels.shape[0], pixels.shape[1])) != recorded:
             raise DataError(
                 f"The image {path} must have the size of the flight's first colour picture, {dimensions(recorded)}, "
-                f"got {dimensions(found)}; record colour, depth and labels aligned and of one size."
+                f"got {dimensions(got)}; record colour, depth and labels aligned and of one size."
             )
         pictures.append(pixels)
     rgb, depth, *others = pictures
@@ -91,36 +85,25 @@ def _frame(
 
 
 def find_pictures(folder: Path, *, first: int | None = None, last: int | None = None) -> PictureFolder:
-    """Find a flight's pictures in `rgb`, `depth` and `labels`, and check that its frames are complete but for labels.
+    """Return a flight's pictures in `rgb`, `depth` and `labels`, after a check that its frames are complete.
 
-    The pictures of a frame have the same name but for the suffix. Without the folder `labels`, and where a picture in
-    it is missing, frames lack labels. Frames are in the order of their names, in
-    which numbers count by their value: `9` comes before `10`.
+    The pictures of a frame have the same name but for the suffix. Frames may lack labels. Frames are in the order of
+    their names, in which numbers count by their value: `9` comes before `10`.
 
     Args:
-        folder: the one that holds the three.
-        first: which frame of the flight is the first that is wanted, from 0; from the beginning if None.
-        last: which is the last, included; to the end if None.
+        folder: the parent of the three folders.
+        first: index of the first wanted frame, from 0; None for the beginning.
+        last: index of the last wanted frame; None for the end.
 
     Raises:
-        DataError: a folder is missing, has no pictures or two of one name, the pictures have different names, or
-            names that are in another order as decimal or hexadecimal numbers, or frames that are wanted are not there.
+        DataError: a folder is missing, has no pictures or two of the same name, names differ between folders or are in
+            another order as decimal or hexadecimal numbers, or wanted frames are missing.
     """
-    if not folder.is_dir():
-        raise DataError(
-            f"There is no folder {folder}: give the one that holds the folders {', '.join(_KINDS)}."
-        )
-    for name in ("rgb", "depth"):
-        if not (folder / name).is_dir():
-            raise DataError(
-                f"The folder {folder} must hold the folders {', '.join(_KINDS)}, got no {name}; "
-                "put the pictures of the three kinds into one each, and leave out labels if there are none."
-            )
-    found = {name: _pictures(folder / name) for name in _KINDS if (folder / name).is_dir()}
-    names = sorted(set().union(*found.values()), key=_order)
-    for name, pictures in found.items():
-        if missing := [stem for stem in names if stem not in pictures and name != "labels"]:
-            counts = ", ".join(f"{len(own)} in {one}" for one, own in found.items())
+    pictures = _folders_of_pictures(folder)
+    names = sorted(set().union(*pictures.values()), key=_order)
+    for name, own in pictures.items():
+        if missing := [stem for stem in names if stem not in own and name != "labels"]:
+            counts = ", ".join(f"{len(files)} in {other}" for other, files in pictures.items())
             raise DataError(
                 f"The folder {folder} must hold pictures of the same names in all folders, got {counts}, and "
                 f"{name} lacks {missing[0]}; name the pictures of a frame alike."
@@ -132,8 +115,24 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
             f"The folder {folder} has frames 0 to {len(names) - 1}, got --frames from {low} to {high}; "
             "choose them among these."
         )
-    files = tuple(tuple(own[stem] for own in found.values() if stem in own) for stem in names[low : high + 1])
-    return PictureFolder(folder, files)
+    wanted = names[low : high + 1]
+    return PictureFolder(
+        folder, tuple(tuple(own[stem] for own in pictures.values() if stem in own) for stem in wanted)
+    )
+
+
+def _folders_of_pictures(folder: Path) -> dict[str, dict[str, Path]]:
+    if not folder.is_dir():
+        raise DataError(
+            f"There is no folder {folder}: give the one that holds the folders {', '.join(_KINDS)}."
+        )
+    for name in ("rgb", "depth"):
+        if not (folder / name).is_dir():
+            raise DataError(
+                f"The folder {folder} must hold the folders {', '.join(_KINDS)}, got no {name}; "
+                "put the pictures of the three kinds into one each, and leave out labels if there are none."
+            )
+    return {name: _pictures(folder / name) for name in _KINDS if (folder / name).is_dir()}
 
 
 def _pictures(folder: Path) -> dict[str, Path]:
@@ -149,27 +148,28 @@ def _pictures(folder: Path) -> dict[str, Path]:
                 f"{path.name}; remove one."
             )
     if not pictures:
-        found = ", ".join(sorted(others)[:5]) or "nothing"
+        got = ", ".join(sorted(others)[:5]) or "nothing"
         raise DataError(
-            f"The folder {folder} must hold pictures in {', '.join(sorted(_SUFFIXES))}, got {found}; convert them."
+            f"The folder {folder} must hold pictures in {', '.join(sorted(_SUFFIXES))}, got {got}; convert them."
         )
     return pictures
 
 
 def _check_order(ordered: Sequence[str], folder: Path) -> None:
-    """Refuse names that have another order as decimal or hexadecimal numbers."""
+    """Check that names have the same order as decimal or hexadecimal numbers."""
     for kind, (pattern, value) in _READINGS.items():
         if all(map(pattern.fullmatch, ordered)):
-            for one, other in pairwise(ordered):
-                if value(one) > value(other):
+            for name, following in pairwise(ordered):
+                if value(name) > value(following):
                     raise DataError(
-                        f"The folder {folder} must hold pictures whose names have one order, got {one} and {other}, "
-                        f"whose order as {kind} numbers is another; name them by their places, such as 00000 and 00001."
+                        f"The folder {folder} must hold pictures whose names have one order, got {name} and "
+                        f"{following}, whose order as {kind} numbers is another; name them by their places, such as "
+                        "00000 and 00001."
                     )
 
 
 def _order(name: str) -> tuple[list[str | int], str]:
-    """Return what names are sorted by: texts and numbers in turns, then the name itself.
+    """Return the sort key of a name: texts and numbers in turns, then the name itself.
 
     >>> sorted(["10", "9", "b2", "09"], key=_order)
     ['09', '9', '10', 'b2']

@@ -1,26 +1,31 @@
-"""Other people's pixels made those of a frame: message encodings, picture files, ids, units, sizes.
+"""Conversion of recorded pixels to a frame's: message encodings, picture files, units, sizes.
 
-What is refused is refused with a `DataError` that names the image.
+Errors are `DataError`s that name the image.
 """
 
+import os
 import struct
 import zlib
-from collections.abc import Collection
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset.data.frame import DEPTH_RANGE_M, Frame
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
 from sunset.input_files import read_bytes
 from sunset.interfaces.sensor_msgs.msg import Image
+from sunset.town import DEPTH_RANGE_M, Frame
+
+T = TypeVar("T")
 
 FAR: Final = 65535
-"""The depth count of what is 1000 m away or further, or of no measured depth."""
+"""The depth count of points 1000 m away or further, and of unknown depth."""
 
 COLOUR_JPEG: Final = "8-bit colour JPEG"
 COLOUR_PNG: Final = "8-bit colour PNG"
@@ -28,7 +33,7 @@ DEPTH_PNG: Final = "16-bit greyscale PNG"
 LABEL_PNG: Final = "8-bit greyscale PNG"
 
 _MAX_PIXELS: Final = 2**26
-"""What a picture may claim to have before it is unpacked: 8192 x 8192."""
+"""The most pixels of a picture that is unpacked: 8192 x 8192."""
 
 _ENCODINGS: Final = {
     "bgr8": ("u1", 3),
@@ -45,14 +50,14 @@ _ENCODINGS: Final = {
 
 _JPEG: Final = b"\xff\xd8\xff"
 _JPEG_FRAMES: Final = frozenset(range(0xFFC0, 0xFFD0)) - {0xFFC4, 0xFFC8, 0xFFCC}
-"""Markers of what holds a JPEG's height and width."""
+"""Markers of segments with a JPEG's height and width."""
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
 _PNG_HEADER: Final = b"\0\0\0\x0dIHDR"
 _PNG_COLOURS: Final = {0: "greyscale", 2: "colour", 3: "palette", 4: "greyscale-alpha", 6: "colour-alpha"}
 
 
 def dimensions(size: tuple[int, int]) -> str:
-    """Return (height, width) as people write it.
+    """Return (height, width) as text.
 
     >>> dimensions((144, 256))
     '256x144'
@@ -63,10 +68,10 @@ def dimensions(size: tuple[int, int]) -> str:
 def raw_pixels(message: Image, place: str, encodings: Collection[str]) -> Pixels:
     """Return the pixels of a `sensor_msgs/msg/Image`, (H, W) or (H, W, channels), in this machine's byte order.
 
-    Rows may be padded. `place` says in errors which image it is.
+    Rows may be padded.
 
     Raises:
-        DataError: it has none of the encodings, or not the data that its size needs.
+        DataError: it has another encoding, or less data than its size needs; `place` names the image.
     """
     if message.encoding not in encodings:
         raise DataError(
@@ -91,7 +96,7 @@ def read_picture(path: Path, kinds: Collection[str], *, remedy: str = "copy it a
     """Return the `picture` in a file.
 
     Raises:
-        DataError: it cannot be read, for which the `remedy` is told, is of another kind, truncated or damaged.
+        DataError: it cannot be read, for which a `remedy` can be given, is of another kind, truncated or damaged.
     """
     try:
         data = read_bytes(path, 2**28)  # 256 MiB
@@ -100,13 +105,32 @@ def read_picture(path: Path, kinds: Collection[str], *, remedy: str = "copy it a
     return picture(data, str(path), kinds)
 
 
+def read_ahead(read: Callable[[T], Frame], items: Iterable[T], *, jobs: int | None = None) -> Iterator[Frame]:
+    """Yield `read(item)` for each item, in order; `jobs` threads, by default one a processor, read ahead.
+
+    Their number changes no byte.
+    """
+    workers = jobs or os.cpu_count() or 1
+    pool = ThreadPoolExecutor(workers)
+    pending: deque[Future[Frame]] = deque()
+    try:
+        for item in items:
+            pending.append(pool.submit(read, item))
+            if len(pending) > 2 * workers:
+                yield pending.popleft().result()
+        while pending:
+            yield pending.popleft().result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
 def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
     """Return the pixels of a JPEG or PNG file, (H, W) or (H, W, 3) in the order blue, green, red.
 
-    Kinds are of `COLOUR_JPEG`, `COLOUR_PNG`, `DEPTH_PNG`, `LABEL_PNG`. `place` says in errors which image it is.
+    Kinds are of `COLOUR_JPEG`, `COLOUR_PNG`, `DEPTH_PNG`, `LABEL_PNG`.
 
     Raises:
-        DataError: it is of none of the kinds, truncated or damaged.
+        DataError: it is of another kind, truncated or damaged; `place` names the image.
     """
     kind = _kind(data, place)
     pixels = None
@@ -129,7 +153,7 @@ def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
 
 
 def _kind(data: bytes, place: str) -> str:
-    """Return what a file is by its header, when it is whole."""
+    """Return the kind of a file by its header, after a check that the file is whole."""
     if data.startswith(_JPEG):
         # a writer may have filled its last block with zeros
         if not data.rstrip(b"\0").endswith(b"\xff\xd9"):
@@ -144,7 +168,7 @@ def _kind(data: bytes, place: str) -> str:
 
 
 def _check_size(data: bytes, place: str) -> None:
-    """Check how many pixels a file claims to have, before memory is taken for them."""
+    """Check the number of pixels in a file's header, before memory is allocated for them."""
     try:
         size = _jpeg_size(data) if data.startswith(_JPEG) else struct.unpack_from(">II", data, 16)[::-1]
     except struct.error:
@@ -159,7 +183,7 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
     """Return height and width of a JPEG file.
 
     Raises:
-        struct.error: it does not say.
+        struct.error: the file does not contain them.
     """
     start = len(_JPEG) - 1
     while True:
@@ -184,8 +208,10 @@ def _check_chunks(data: bytes, place: str) -> None:
         start += 12 + length
 
 
-def _damage_error(place: str, what: str) -> DataError:
-    return DataError(f"The image {place} must be a whole picture, got a damaged one: {what}; copy it again.")
+def _damage_error(place: str, reason: str) -> DataError:
+    return DataError(
+        f"The image {place} must be a whole picture, got a damaged one: {reason}; copy it again."
+    )
 
 
 def _either(names: Collection[str]) -> str:
@@ -202,8 +228,7 @@ def bgr_of(pixels: Pixels, encoding: str) -> npt.NDArray[np.uint8]:
 def counts_of_metres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
     """Return depths in metres as counts of 1000 / 65535 m.
 
-    What is further than 1000 m or was not measured (NaN, +inf) is `FAR`; what is too near to be measured
-    (-inf, REP 117) is 0.
+    Depths beyond 1000 m and unknown depths (NaN, +inf) become `FAR`; too near ones (-inf, REP 117) become 0.
 
     >>> counts_of_metres(np.array([0, 500, 2000, np.nan, -np.inf], dtype=np.float32)).tolist()
     [0, 32768, 65535, 65535, 0]
@@ -212,18 +237,23 @@ def counts_of_metres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
     return np.rint(known.clip(0, DEPTH_RANGE_M) * (FAR / DEPTH_RANGE_M)).astype(np.uint16)
 
 
+def no_labels(depth: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint8]:
+    """Return the labels of an unlabelled frame, in the size of its depth."""
+    return np.zeros(depth.shape, np.uint8)
+
+
 def resample(frame: Frame, size: tuple[int, int]) -> Frame:
     """Return a frame in another size, given as height and width in pixels.
 
-    Where the shapes differ, the largest central part of the wanted shape is taken, so that nothing is
-    distorted. A colour pixel becomes the mean over its area; a depth and a label are those at the pixel's
-    centre, so that the three stay aligned and no depth or id arises that was not there.
+    Where the shapes differ, the largest central part of the wanted shape is taken, without distortion. A colour
+    pixel becomes the mean over its area; depth and label are taken at the pixel's centre, so that the three stay
+    aligned and no new depth or id arises.
     """
     if frame.size == size:
         return frame
     top, left, height, width = _central(frame.size, size)
     window = slice(top, top + height), slice(left, left + width)
-    # the source pixel under the centre of each wanted one, in whole numbers: 2i + 1 halves of one
+    # the source pixel under the centre of each wanted pixel, in whole numbers: 2i + 1 half pixels
     rows = top + (2 * np.arange(size[0]) + 1) * height // (2 * size[0])
     columns = left + (2 * np.arange(size[1]) + 1) * width // (2 * size[1])
     chosen = np.ix_(rows, columns)

@@ -1,4 +1,4 @@
-"""SynDrone's folders: what they hold, and the frames of one flight.
+"""SynDrone's folders: their flights, and the frames of a flight.
 
 Source: G. Rizzoli, F. Barbato, M. Caligiuri, P. Zanuttigh: SynDrone – Multi-modal UAV Dataset for Urban
 Scenarios, ICCV Workshops 2023. A flight is a folder `TownNN_Opt_120/<weather>/heightHm` with the folders
@@ -14,18 +14,18 @@ from types import MappingProxyType
 from typing import Final, NoReturn
 
 from sunset.data.conventions import SYNDRONE
-from sunset.data.frame import FRAME_SIZE, Frame
 from sunset.data.pixels import (
     COLOUR_JPEG,
     DEPTH_PNG,
     LABEL_PNG,
     dimensions,
+    read_ahead,
     read_picture,
     resample,
 )
-from sunset.data.reading_ahead import read_ahead
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
+from sunset.town import FRAME_SIZE, Frame
 
 TOWNS: Final = ("01", "02", "03", "04", "05", "06", "07", "10HD")
 SIZE: Final = (1080, 1920)
@@ -41,7 +41,7 @@ class _Modality:
     suffix: str
     kind: str
     archive: str
-    """What SynDrone publishes it in."""
+    """The name of its archive at SynDrone."""
 
 
 _MODALITIES: Final = {
@@ -53,14 +53,14 @@ _MODALITIES: Final = {
 
 @dataclass(frozen=True, slots=True)
 class SynDroneFlight:
-    """One flight over one of SynDrone's towns, or a part of it.
+    """A flight over a town of SynDrone, or a part of it.
 
     Attributes:
         town: as SynDrone names it, such as "01" or "10HD".
         weather: with the time of day, such as "ClearNoon".
         height: above the ground in metres.
-        folder: that of `rgb`, `depth` and `semantic`.
-        numbers: those of its frames, in order.
+        folder: the parent of `rgb`, `depth` and `semantic`.
+        numbers: of its frames, in order.
     """
 
     town: str
@@ -74,14 +74,14 @@ class SynDroneFlight:
 
     @property
     def gaps(self) -> int:
-        """How many numbers between the first and the last frame are of no frame."""
+        """Number of missing frames between the first and the last."""
         return self.numbers[-1] - self.numbers[0] + 1 - len(self.numbers)
 
     def frames(self, size: tuple[int, int] = FRAME_SIZE, *, jobs: int | None = None) -> Iterator[Frame]:
-        """Return the frames in order, resampled to a height and width in pixels, and read as `read_ahead` does it.
+        """Return the frames in order, resampled to a height and width in pixels; `jobs` threads read ahead.
 
         Raises:
-            DataError: a picture is missing, damaged, of another kind or size, or its ids are none of CARLA's.
+            DataError: a picture is missing, damaged, of another kind or size, or has unknown ids.
         """
         return read_ahead(partial(self._frame, size), self.numbers, jobs=jobs)
 
@@ -94,9 +94,9 @@ class SynDroneFlight:
         path = self._file(name, number)
         pixels = read_picture(path, [_MODALITIES[name].kind], remedy=_unpack(self.town, name))
         if pixels.shape[:2] != SIZE:
-            found = dimensions((pixels.shape[0], pixels.shape[1]))
+            got = dimensions((pixels.shape[0], pixels.shape[1]))
             raise DataError(
-                f"The image {path} must have SynDrone's size, {dimensions(SIZE)}, got {found}; "
+                f"The image {path} must have SynDrone's size, {dimensions(SIZE)}, got {got}; "
                 f"{_unpack(self.town, name)}."
             )
         return pixels
@@ -106,7 +106,7 @@ class SynDroneFlight:
 
 
 def _unpack(town: str, *names: str) -> str:
-    """Return how to get the folders of some modalities, all of them if none is named."""
+    """Return the instruction to get the folders of some modalities, by default of all."""
     archives = sorted({_MODALITIES[name].archive for name in names or _MODALITIES})
     return "unpack " + " and ".join(f"Town{town}_Opt_120_{archive}.zip" for archive in archives)
 
@@ -120,19 +120,18 @@ def find_syndrone(
     first: int | None = None,
     last: int | None = None,
 ) -> SynDroneFlight:
-    """Find a flight in SynDrone's folders and check that its frames are complete.
+    """Return a flight in SynDrone's folders, after a check that its frames are complete.
 
     Args:
-        root: the folder that holds `TownNN_Opt_120`.
+        root: the parent of the folders `TownNN_Opt_120`.
         town: "1" to "7" or "10HD".
         height: above the ground in metres.
-        weather: as SynDrone names it; None where the town has only one.
-        first: number of the first frame that is wanted; from the beginning if None.
-        last: number of the last one; to the end if None.
+        weather: SynDrone's name; None where the town has a single weather.
+        first: number of the first wanted frame; None for the beginning.
+        last: number of the last wanted frame; None for the end.
 
     Raises:
-        DataError: there is no such flight, it lacks a modality, the modalities have different frames, or
-            frames that are wanted are not there.
+        DataError: the flight, a modality or a wanted frame is missing.
     """
     name = town.zfill(2).upper()
     name = "10HD" if name == "10" else name
@@ -148,22 +147,18 @@ def find_syndrone(
         _lacks(home, f"the weather {chosen}", _weathers(home), "choose another --weather")
     folder = home / chosen / f"height{height}m"
     if not folder.is_dir():
-        there = [child.name for child in _folders(home / chosen, _HEIGHT).values()]
-        _lacks(home / chosen, folder.name, there, "choose another --height")
-    for modality in _MODALITIES:
-        if not (folder / modality).is_dir():
-            there = [other for other in _MODALITIES if (folder / other).is_dir()]
-            _lacks(folder, f"the folder {modality}", there, _unpack(name, modality))
+        heights = [child.name for child in _folders(home / chosen, _HEIGHT).values()]
+        _lacks(home / chosen, folder.name, heights, "choose another --height")
     return SynDroneFlight(name, chosen, height, folder, _numbers(folder, name, first, last))
 
 
-def _lacks(folder: Path, what: str, there: Collection[str], remedy: str) -> NoReturn:
-    found = ", ".join(there) or "nothing of SynDrone"
-    raise DataError(f"The folder {folder} must hold {what}, got {found}; {remedy}.")
+def _lacks(folder: Path, wanted: str, present: Collection[str], remedy: str) -> NoReturn:
+    got = ", ".join(present) or "nothing of SynDrone"
+    raise DataError(f"The folder {folder} must hold {wanted}, got {got}; {remedy}.")
 
 
 def _folders(folder: Path, pattern: re.Pattern[str]) -> dict[str, Path]:
-    """Return the folders in a folder whose whole names match, by what the pattern's group does, in order of names."""
+    """Return the folders in a folder whose names match, by the pattern's group, in order of names."""
     matches = ((pattern.fullmatch(path.name), path) for path in sorted(folder.iterdir()))
     return {match[1]: path for match, path in matches if match and path.is_dir()}
 
@@ -175,20 +170,20 @@ def _weathers(home: Path) -> list[str]:
 def _only_weather(home: Path) -> str:
     names = _weathers(home)
     if len(names) != 1:
-        found = f"{', '.join(names)}; name one with --weather" if names else "none; unpack its archives again"
-        raise DataError(f"The folder {home} must hold one weather where none is named, got {found}.")
+        got = f"{', '.join(names)}; name one with --weather" if names else "none; unpack its archives again"
+        raise DataError(f"The folder {home} must hold one weather where none is named, got {got}.")
     return names[0]
 
 
 def _present(folder: Path, name: str) -> set[int]:
-    """Return the numbers of the frames that a modality has."""
+    """Return the numbers of a modality's frames."""
     suffix = f".{_MODALITIES[name].suffix}"
     paths = (folder / name).iterdir() if (folder / name).is_dir() else ()
     return {int(path.stem) for path in paths if path.suffix == suffix and _NUMBER.fullmatch(path.stem)}
 
 
 def _check_suffixes(folder: Path, name: str, present: Collection[int]) -> None:
-    """Check that there are no frames besides those present, under names of another suffix."""
+    """Check that no other frames have a name with another suffix."""
     suffix = _MODALITIES[name].suffix
     for path in sorted(folder.iterdir()):
         is_picture = path.suffix.lower() in _PICTURES and _NUMBER.fullmatch(path.stem)
@@ -200,11 +195,15 @@ def _check_suffixes(folder: Path, name: str, present: Collection[int]) -> None:
 
 
 def _numbers(folder: Path, town: str, first: int | None, last: int | None) -> tuple[int, ...]:
-    """Return the numbers of the wanted frames, which every modality must have."""
-    found = {name: _present(folder, name) for name in _MODALITIES}
+    """Return the numbers of the wanted frames, after a check that every modality has them."""
+    for modality in _MODALITIES:
+        if not (folder / modality).is_dir():
+            others = [other for other in _MODALITIES if (folder / other).is_dir()]
+            _lacks(folder, f"the folder {modality}", others, _unpack(town, modality))
+    present = {name: _present(folder, name) for name in _MODALITIES}
     for name in _MODALITIES:
-        _check_suffixes(folder / name, name, found[name])
-    everything = sorted(set().union(*found.values()))
+        _check_suffixes(folder / name, name, present[name])
+    everything = sorted(set().union(*present.values()))
     if not everything:
         raise DataError(
             f"The folder {folder} must hold frames such as rgb/00000.jpg, depth/00000.png and "
@@ -217,9 +216,9 @@ def _numbers(folder: Path, town: str, first: int | None, last: int | None) -> tu
             f"{everything[-1]:05}; choose --frames among these."
         )
     wanted = set(everything if first is None and last is None else range(low, high + 1))
-    for name, numbers in found.items():
+    for name, numbers in present.items():
         if missing := sorted(wanted - numbers):
-            counts = ", ".join(f"{len(wanted & own)} in {one}" for one, own in found.items())
+            counts = ", ".join(f"{len(wanted & own)} in {other}" for other, own in present.items())
             raise DataError(
                 f"The folder {folder} must hold every chosen frame in all three folders, got {counts}, and "
                 f"{name} lacks {missing[0]:05}; {_unpack(town, name)}, or choose complete ones with --frames."
@@ -228,20 +227,20 @@ def _numbers(folder: Path, town: str, first: int | None, last: int | None) -> tu
 
 
 def is_syndrone(path: Path) -> bool:
-    """Say whether a path is a folder with towns of SynDrone."""
+    """Return whether a path is a folder with towns of SynDrone."""
     return path.is_dir() and bool(_folders(path, _TOWN))
 
 
 def survey_syndrone(root: Path) -> Mapping[tuple[str, str, int], Mapping[str, int]]:
-    """Return how many images each modality has, by town, weather and height in metres.
+    """Return the number of images of each modality, by town, weather and height in metres.
 
-    `root` is the folder that holds `TownNN_Opt_120`.
+    `root` is the parent of the folders `TownNN_Opt_120`.
     """
     counts: dict[tuple[str, str, int], Mapping[str, int]] = {}
     for town, home in _folders(root, _TOWN).items():
         for weather in _weathers(home):
             folders = {int(height): path for height, path in _folders(home / weather, _HEIGHT).items()}
             for height, folder in sorted(folders.items()):
-                found = {name: len(_present(folder, name)) for name in _MODALITIES}
-                counts[town, weather, height] = MappingProxyType(found)
+                images = {name: len(_present(folder, name)) for name in _MODALITIES}
+                counts[town, weather, height] = MappingProxyType(images)
     return MappingProxyType(counts)

@@ -1,4 +1,4 @@
-"""The base class of the managed system's nodes: it gives every node the four kinds of adaptation."""
+"""The base class of the managed system's nodes, with the four kinds of adaptation."""
 
 import math
 from collections.abc import Awaitable, Callable, Sequence
@@ -39,7 +39,7 @@ MessageT = TypeVar("MessageT", bound=Message)
 
 @dataclass(slots=True)
 class _Input:
-    """A subscription that exists while the node is active; its topic is fixed or a parameter's value."""
+    """A subscription of an active node; its topic is fixed or a parameter's value."""
 
     message_type: type[Message]
     topic: str
@@ -50,7 +50,7 @@ class _Input:
 
 
 def call_later(node: Node, delay: float, function: Callable[[], None]) -> None:
-    """Call a function once, after a delay in seconds by a node's clock and after the present callback."""
+    """Call a function after a delay in seconds by a node's clock, and after the present callback."""
 
     def fire() -> None:
         timer.cancel()
@@ -63,30 +63,28 @@ def call_later(node: Node, delay: float, function: Callable[[], None]) -> None:
 class AdaptiveNode(LifecycleNode):
     """A lifecycle node that a managing system can adapt.
 
-    A subclass names its parameters in its body (`NodeParameter`, `FaultParameter`, `action`), its inputs and
-    outputs in `set_up`, and does its work in their callbacks. It gets
+    A subclass declares its parameters in its body (`NodeParameter`, `FaultParameter`, `action`), and its inputs and
+    outputs in `set_up`. It gets
 
     - *reparametrisation*: parameters are validated, refused with a reason, and read as attributes;
     - *change of communication*: an input whose topic is a parameter (`create_switchable_subscription`);
-    - *addition and removal*: inputs exist only while the node is active, and nothing is published
-      while it is not;
+    - *addition and removal*: inputs exist, and outputs publish, only while the node is active;
     - *redeploy*: the lifecycle's shutdown ends the node's process.
 
-    It configures itself, activates itself `lifecycle_activation_delay` seconds after it has started and knows the
-    time (as long as its hardware takes to boot, before which it cannot be activated; the default is what the system's
-    description says of the node), and reports its state and the
-    values given to `report` on `/diagnostics` ten times a second, until it is shut down. With `autostart` false,
+    The node configures itself, and activates itself after `lifecycle_activation_delay` seconds, the boot time of its
+    hardware, before which it refuses activation; the default is in the system's description. It reports its state and
+    the values given to `report` on `/diagnostics` ten times a second, until it is shut down. With `autostart` false,
     another node, such as a lifecycle manager, configures and activates it; a request to activate it waits until it has
     booted.
 
     Args:
-        context: the context of the process; the default one if None.
+        context: the context of the process; None for the default context.
         cli_args: ROS arguments, such as `["--ros-args", "-p", "seed:=1"]`.
         parameter_overrides: initial values of parameters.
     """
 
     node_name: ClassVar[str]
-    """The node's name; every subclass has its own."""
+    """The node's name."""
 
     lifecycle_activation_delay = NodeParameter(
         0.0,
@@ -120,7 +118,7 @@ class AdaptiveNode(LifecycleNode):
             namespace=NAMESPACE,
             parameter_overrides=parameter_overrides,
         )
-        # Two underscores: out of the way of a subclass's own attributes.
+        # two underscores, so that subclasses can use any name
         self.__bound = MappingProxyType(bound_parameters(type(self)))
         self.__inputs: list[_Input] = []
         self.__news: list[KeyValue] = []
@@ -139,7 +137,7 @@ class AdaptiveNode(LifecycleNode):
         self.call_later(0.0, self.__start)
 
     def set_up(self) -> None:
-        """Name inputs and outputs, and prepare what callbacks need; called once, parameters have values."""
+        """Declare inputs and outputs, and prepare the callbacks; parameters have their values."""
 
     def create_active_subscription(
         self,
@@ -149,9 +147,9 @@ class AdaptiveNode(LifecycleNode):
         *,
         depth: int = 5,
     ) -> None:
-        """Subscribe to a topic whenever the node is active; relative names are in the managed system's namespace.
+        """Subscribe to a topic while the node is active; relative names are in the managed system's namespace.
 
-        While the node is busy so many messages wait as `depth` says; the oldest are dropped first.
+        While the node is busy, up to `depth` messages wait; the oldest are dropped first.
         """
         self.__inputs.append(_Input(message_type, topic, "", callback, depth))
 
@@ -163,18 +161,18 @@ class AdaptiveNode(LifecycleNode):
         *,
         depth: int = 5,
     ) -> None:
-        """Subscribe, whenever the node is active, to the topic that a text parameter of this class names.
+        """Subscribe, while the node is active, to the topic in a text parameter of this class.
 
-        When the parameter is set, the subscription is destroyed and a new one of the same type is created. While the
-        node is busy so many messages wait as `depth` says; the oldest are dropped first.
+        A new value of the parameter replaces the subscription. While the node is busy, up to `depth` messages wait;
+        the oldest are dropped first.
         """
         self.__inputs.append(_Input(message_type, "", parameter, callback, depth))
 
     def report(self, key: str, value: float | bool) -> None:
-        """Report a value with the next heartbeat; each value is reported once. A flag that is true is a warning.
+        """Report a value with the next heartbeat only. A true flag is a warning.
 
         Raises:
-            ValueError: it is not finite; or it is a number, and no signal of the node's description has this key.
+            ValueError: it is not finite; or it is a number, and the node's description has no signal of this key.
         """
         if not math.isfinite(value):
             raise ValueError(f"{self.node_name} must report finite values, got {key} = {value!r}.")
@@ -192,11 +190,11 @@ class AdaptiveNode(LifecycleNode):
             self.__flags[key] = value
 
     def call_later(self, delay: float, function: Callable[[], None]) -> None:
-        """Call a function once, after a delay in seconds and after the present callback."""
+        """Call a function after a delay in seconds, and after the present callback."""
         call_later(self, delay, function)
 
     def _offered_parameters(self) -> list[str]:
-        """Leave out what a managing system cannot set or must not: the clock, and what injects faults."""
+        """Leave out parameters that a managing system must not set: the clock, read-only and fault parameters."""
         node, faults = self.get_fully_qualified_name(), current_system().fault_parameters
         return [
             name
@@ -207,7 +205,7 @@ class AdaptiveNode(LifecycleNode):
         ]
 
     def _announce(self, changes: Changes, publisher: Publisher[ParameterEvent]) -> None:
-        """Publish what would show an injection on a topic of the experiment, and not on `/parameter_events`."""
+        """Publish changes that would show an injection on a topic of the experiment instead of `/parameter_events`."""
         injected = changes.of(self.__is_injected)
         if injected:
             super()._announce(injected, self.__injected_events)
@@ -216,12 +214,12 @@ class AdaptiveNode(LifecycleNode):
             super()._announce(shown, publisher)
 
     def __is_injected(self, name: str) -> bool:
-        """Return whether a parameter exists only for faults, or is set by the experiment now."""
+        """Return whether a parameter is a fault's, or set by the experiment now."""
         key = self.get_fully_qualified_name(), name
         return key in current_system().fault_parameters or bool(self.parameter_values.get(FAULT_ACCESS))
 
     def write_parameter(self, name: str, value: bool | float | str) -> None:
-        """Set a parameter of this node from within; a fault that is there does not refuse to be reset then.
+        """Set a parameter of this node from within, which can also end a fault.
 
         Raises:
             ParameterError: the value is refused.
@@ -241,11 +239,8 @@ class AdaptiveNode(LifecycleNode):
             self.get_logger().warning(reason, throttle_duration_sec=1.0)
             return TransitionCallbackReturn.FAILURE
         for name, parameter in self.__bound.items():
-            if (
-                isinstance(parameter, FaultParameter)
-                and parameter.cured_by_restart
-                and self.parameter_values[name] != parameter.default
-            ):
+            is_cured = isinstance(parameter, FaultParameter) and parameter.cured_by_restart
+            if is_cured and self.parameter_values[name] != parameter.default:
                 self.write_parameter(name, parameter.default)
         for entry in self.__inputs:
             self.__open(entry)
@@ -266,7 +261,7 @@ class AdaptiveNode(LifecycleNode):
         return super().on_shutdown(state)
 
     def __start(self) -> None:
-        """Configure, and activate after the delay, in which the time that configuring takes is contained."""
+        """Configure, and activate after the delay, which includes the time of configuring."""
         if self.lifecycle_activation_delay >= 0:
             self.call_later(self.lifecycle_activation_delay, self.__finish_booting)
         if self.autostart:
@@ -280,7 +275,7 @@ class AdaptiveNode(LifecycleNode):
     def _change_state(
         self, request: ChangeState.Request, response: ChangeState.Response
     ) -> ChangeState.Response | Awaitable[ChangeState.Response]:
-        """Let a request for activation wait until the hardware has booted, where the node does not start itself."""
+        """Let another node's request for activation wait until the hardware has booted."""
         change = super()._change_state
         asked = self._state_machine.find(request.transition.label, request.transition.id)
 
@@ -309,7 +304,7 @@ class AdaptiveNode(LifecycleNode):
         self.__diagnostics.publish(DiagnosticArray(header=Header(stamp=stamp), status=[status]))
 
     def __level(self, state: str) -> bytes:
-        """Return a level for diagnostic tools, which says no more than the lifecycle state and the reported flags."""
+        """Return a level for diagnostic tools, by the lifecycle state and the reported flags alone."""
         if state in {"finalized", "errorprocessing"}:
             return DiagnosticStatus.ERROR
         is_started = state == "active" or (state == "inactive" and self.lifecycle_activation_delay < 0)
@@ -356,5 +351,5 @@ class AdaptiveNode(LifecycleNode):
                 for entry in self.__inputs:
                     if entry.parameter == parameter.name and entry.subscription is not None:
                         self.__open(entry)
-        for parameter in ours:  # what follows may set some of them once more
+        for parameter in ours:  # afterwards, since actions set parameters again
             self.__bound[parameter.name].after_set(self, parameter.value)

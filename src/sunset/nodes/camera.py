@@ -1,4 +1,4 @@
-"""The camera: takes the recorded colour images, and shows what is wrong with it."""
+"""The camera: publishes the recorded colour images, and reports its faults."""
 
 from collections import deque
 
@@ -14,9 +14,8 @@ from sunset.system import BLUR_SIGMA, IMAGE_DEGRADATION_RANGE, WINDOW
 class Camera(AdaptiveNode):
     """Publishes `rgb_camera` from `/rgb_raw`.
 
-    It measures how sharp its images are and reports that as `sharpness`; from the fifth on
-    `autofocus_needed` says whether the mean of the last five is below `sharpness_threshold`. Both are
-    measured on the image, never read off the fault.
+    It reports the sharpness of every image and, from the fifth image on, as `autofocus_needed`, whether the mean of
+    the last five is below `sharpness_threshold`. Both are measured on the image, never read off the fault.
     """
 
     node_name = "camera"
@@ -31,28 +30,21 @@ class Camera(AdaptiveNode):
         maximum=IMAGE_DEGRADATION_RANGE[1],
     )
     camera_driver_issue = FaultParameter(
-        False,
-        "internal fault: no images come out, until a restart",
-        cured_by_restart=True,
+        False, "internal fault: no images come out, until a restart", cured_by_restart=True
     )
-    hardware_disconnect = FaultParameter(
-        False,
-        "internal fault: no images come out, until a redeploy",
-    )
+    hardware_disconnect = FaultParameter(False, "internal fault: no images come out, until a redeploy")
     autofocus_needed = FaultParameter(
-        False,
-        "internal fault: the images are blurred",
-        ends_with="perform_autofocus",
+        False, "internal fault: the images are blurred", ends_with="perform_autofocus"
     )
 
     def set_up(self) -> None:
-        """Name the input and the output."""
+        """Declare the input and the output."""
         self._sharpness: deque[float] = deque(maxlen=WINDOW.samples)
         self._images = self.create_lifecycle_publisher(Image, "rgb_camera", 10)
         self.create_active_subscription(Image, "/rgb_raw", self._on_image)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Forget how sharp the images were before."""
+        """Forget the sharpness of earlier images."""
         self._sharpness.clear()
         return super().on_activate(state)
 
@@ -67,10 +59,10 @@ class Camera(AdaptiveNode):
         bgr = degrade_image(array_of_bgr(message), self.image_degradation)
         if self.autofocus_needed:
             bgr = defocus_image(bgr, BLUR_SIGMA)
-        self._measure_sharpness(sharpness(bgr))
+        self._report_sharpness(sharpness(bgr))
         self._images.publish(image_of_bgr(message.header, bgr))
 
-    def _measure_sharpness(self, value: float) -> None:
+    def _report_sharpness(self, value: float) -> None:
         self._sharpness.append(value)
         self.report("sharpness", value)
         if len(self._sharpness) == WINDOW.samples:

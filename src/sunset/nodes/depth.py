@@ -1,4 +1,4 @@
-"""The depth camera: takes the recorded depth images, and may add noise."""
+"""The depth camera: publishes the recorded depth images, with noise if it is degraded."""
 
 from sunset.faults import degrade_depth
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -12,8 +12,7 @@ from sunset.system import DEPTH_DEGRADATION_RANGE
 class Depth(AdaptiveNode):
     """Publishes `depth_camera` from `/depth_raw`.
 
-    The noise of a frame depends on `seed` and the frame's stamp only, so that two runs with the same seed
-    see the same noise on the same frame, whatever happened before it.
+    The noise of a frame depends on `seed` and the frame's stamp only.
     """
 
     node_name = "depth"
@@ -27,7 +26,7 @@ class Depth(AdaptiveNode):
     )
 
     def set_up(self) -> None:
-        """Name the input and the output."""
+        """Declare the input and the output."""
         self._images = self.create_lifecycle_publisher(Image, "depth_camera", 10)
         self.create_active_subscription(Image, "/depth_raw", self._on_image)
 

@@ -1,4 +1,4 @@
-"""The image enhancement: undoes the degradation of colour images, whether there is one or not."""
+"""The image enhancement: undoes a degradation of colour images."""
 
 from sunset.faults import enhance_image
 from sunset.interfaces.sensor_msgs.msg import Image
@@ -11,7 +11,7 @@ from sunset.system import IMAGE_DEGRADATION_RANGE, get_fault
 class ImageEnhancement(AdaptiveNode):
     """Publishes `rgb_enhanced` from `rgb_camera`; inactive until it is activated.
 
-    It does not look whether an image is degraded: a good one it makes worse.
+    It does not check whether an image is degraded, and makes a good image worse.
     """
 
     node_name = "image_enhancement"
@@ -24,7 +24,7 @@ class ImageEnhancement(AdaptiveNode):
     )
 
     def set_up(self) -> None:
-        """Name the input and the output."""
+        """Declare the input and the output."""
         self._images = self.create_lifecycle_publisher(Image, "rgb_enhanced", 10)
         self.create_active_subscription(Image, "rgb_camera", self._on_image)
 

@@ -1,7 +1,7 @@
-"""Between `sensor_msgs/msg/Image` and arrays: the only place that knows encodings.
+"""Conversion between `sensor_msgs/msg/Image` and arrays.
 
-Arrays made of a message are views of its data, which is read-only once it has been published: copy before
-writing. Messages made of an array share its memory: do not write to it afterwards.
+An array of a message is a view of its data, which is read-only once it has been published. A message of an array
+shares its memory: do not write to it afterwards.
 """
 
 from typing import Final
@@ -26,20 +26,12 @@ def stamp_ns(header: Header) -> int:
 
 
 def array_of_bgr(image: Image) -> npt.NDArray[np.uint8]:
-    """Return a `bgr8` image as (H, W, 3), without a copy.
-
-    Raises:
-        DataError: it has another encoding, or less data than its size needs.
-    """
+    """Return a `bgr8` image as (H, W, 3), without a copy; raise a `DataError` if it is not a whole one."""
     return _rows(image, BGR, 3).reshape(image.height, image.width, 3)
 
 
 def array_of_depth(image: Image) -> npt.NDArray[np.uint16]:
-    """Return a `16UC1` image as (H, W), without a copy unless its bytes are in the other order.
-
-    Raises:
-        DataError: it has another encoding, or less data than its size needs.
-    """
+    """Return a `16UC1` image as (H, W), as `array_of_bgr`; big-endian images are copied."""
     rows = _rows(image, DEPTH, 2)
     counts = np.ascontiguousarray(rows).view(">u2" if image.is_bigendian else "<u2")
     native: npt.NDArray[np.uint16] = counts.astype(np.uint16, copy=False)
@@ -47,11 +39,7 @@ def array_of_depth(image: Image) -> npt.NDArray[np.uint16]:
 
 
 def array_of_labels(image: Image) -> npt.NDArray[np.uint8]:
-    """Return an `8UC1` image as (H, W), without a copy.
-
-    Raises:
-        DataError: it has another encoding, or less data than its size needs.
-    """
+    """Return an `8UC1` image as (H, W), as `array_of_bgr`."""
     return _rows(image, LABELS, 1)
 
 
@@ -76,7 +64,11 @@ def image_of_labels(header: Header, labels: npt.NDArray[np.uint8]) -> Image:
 
 
 def _rows(image: Image, encoding: str, bytes_per_pixel: int) -> npt.NDArray[np.uint8]:
-    """Return the bytes as (H, W * bytes_per_pixel), without the padding that rows may have."""
+    """Return the bytes as (H, W * bytes_per_pixel), without padding of rows.
+
+    Raises:
+        DataError: the image has another encoding, or less data than its size needs.
+    """
     if image.encoding != encoding:
         raise DataError(f"An image must have the encoding {encoding} here, got {image.encoding!r}.")
     width = image.width * bytes_per_pixel

@@ -1,9 +1,9 @@
-"""Matching two streams of stamped items: the newest pair, each once, never a stale one."""
+"""Matching of two streams of stamped items."""
 
 from typing import Final, Generic, TypeVar
 
 SET_BACK_NS: Final = 10**9
-"""What is older than the newest by more than this is not late: time was set back, or the newest had a false stamp."""
+"""An item older than the newest by more than this is not late: time was set back, or the newest had a false stamp."""
 
 LeftT = TypeVar("LeftT")
 RightT = TypeVar("RightT")
@@ -14,13 +14,11 @@ OtherT = TypeVar("OtherT")
 class PairMatcher(Generic[LeftT, RightT]):
     """Finds pairs of items whose stamps differ by at most a tolerance.
 
-    A pair is given once, and no pair is given after a newer one: both items of a pair are newer than
-    both of the pair before. Items may arrive late and out of order, and are forgotten when they are of
-    no use any more. An item that is more than a second older than the last pair's means that time was set back:
-    everything is forgotten but that item.
+    Both items of a pair are newer than both items of the pair before. Items may arrive late and out of order. An item
+    more than a second older than the last pair means that time was set back: all other items are forgotten.
 
     Args:
-        size: how many items of each stream wait for their partner; those that came first are forgotten first.
+        size: the number of items of each stream that wait for their partner; the first items are forgotten first.
 
     >>> pairs = PairMatcher()
     >>> pairs.add_left(0, "rgb", tolerance=10) is None
@@ -35,24 +33,24 @@ class PairMatcher(Generic[LeftT, RightT]):
         self._right: _Stream[RightT] = _Stream()
 
     def add_left(self, stamp: int, item: LeftT, *, tolerance: int) -> tuple[LeftT, RightT] | None:
-        """Take an item of the first stream; return the pair that it completes, or None.
+        """Take an item of the first stream, and return the pair that it completes, or None.
 
-        Its stamp, and the greatest difference of the stamps of a pair, are in nanoseconds.
+        Its stamp and the tolerance are in nanoseconds.
         """
         partner = self._find_partner(stamp, item, tolerance, self._left, self._right)
         return None if partner is None else (item, partner)
 
     def add_right(self, stamp: int, item: RightT, *, tolerance: int) -> tuple[LeftT, RightT] | None:
-        """Take an item of the second stream, as `add_left` does of the first."""
+        """Take an item of the second stream, as `add_left`."""
         partner = self._find_partner(stamp, item, tolerance, self._right, self._left)
         return None if partner is None else (partner, item)
 
     def clear_left(self) -> None:
-        """Forget the waiting items of the first stream, not which pairs were given."""
+        """Forget the waiting items of the first stream."""
         self._left.waiting.clear()
 
     def reset(self) -> None:
-        """Forget everything, as if nothing had been taken."""
+        """Forget everything."""
         self._left.forget()
         self._right.forget()
 
@@ -61,7 +59,7 @@ class PairMatcher(Generic[LeftT, RightT]):
     ) -> OtherT | None:
         if own.last is not None and stamp <= own.last:
             if own.last - stamp <= SET_BACK_NS:
-                return None  # something as new was given
+                return None  # it is late
             self.reset()
         near = [other for other in others.waiting if abs(other - stamp) <= tolerance]
         if not near:
@@ -77,7 +75,7 @@ class PairMatcher(Generic[LeftT, RightT]):
 
 
 class _Stream(Generic[OwnT]):
-    """Items of one stream that wait for their partner, by stamp, and the stamp of the last that was given."""
+    """Items of a stream that wait for their partner, by stamp, and the stamp of the last matched item."""
 
     def __init__(self) -> None:
         self.forget()

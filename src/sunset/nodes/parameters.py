@@ -14,7 +14,7 @@ ValueT = TypeVar("ValueT", bound=bool | int | float | str)
 
 
 class _Host(Protocol):
-    """What a parameter needs of its node."""
+    """The part of a node that a parameter needs."""
 
     parameter_values: dict[str, Any]
 
@@ -34,9 +34,9 @@ class NodeParameter(Generic[ValueT]):
 
     Args:
         default: the value without an override; its type is the parameter's.
-        description: what it is, with its unit, for `ros2 param describe`.
-        minimum: least allowed number; None for any.
-        maximum: greatest allowed number; None for any.
+        description: with its unit, for `ros2 param describe`.
+        minimum: least allowed number; None for no limit.
+        maximum: greatest allowed number; None for no limit.
         read_only: whether it can be set at the start only.
     """
 
@@ -64,18 +64,18 @@ class NodeParameter(Generic[ValueT]):
     @overload
     def __get__(self, node: _Host, owner: type) -> ValueT: ...
     def __get__(self, node: _Host | None, owner: type) -> Self | ValueT:
-        """Return the present value, or on the class the parameter itself."""
+        """Return the present value or, on the class, the parameter itself."""
         if node is None:
             return self
         value: ValueT = node.parameter_values[self.name]
         return value
 
     def __set__(self, node: _Host, value: ValueT) -> None:
-        """Refuse an assignment, which other nodes would not hear of."""
+        """Refuse an assignment, which would send no event to other nodes."""
         raise AttributeError(f"Set the parameter {self.name} with set_parameters, not by assignment.")
 
     def descriptor(self) -> ParameterDescriptor:
-        """Return what ROS is told of the parameter."""
+        """Return the parameter's descriptor for ROS."""
         descriptor = ParameterDescriptor(
             name=self.name, description=self.description, read_only=self.read_only
         )
@@ -92,29 +92,28 @@ class NodeParameter(Generic[ValueT]):
         return descriptor
 
     def refusal(self, node: _Host, value: object) -> str:
-        """Return why the node does not accept a value, one sentence; empty if it does."""
+        """Return the reason why the node refuses a value, or an empty text."""
         del node
         if isinstance(value, float) and not math.isfinite(value):
             return f"{self.name} must be a finite number, got {value}."
         return ""
 
     def after_set(self, node: _Host, value: ValueT) -> None:
-        """Do what follows from a new value; it is the node's value already."""
+        """React to a new value, which is the node's value already."""
 
 
 class FaultParameter(NodeParameter[ValueT]):
-    """A parameter that injects an internal fault; its default means that there is none.
+    """A parameter that injects an internal fault; its default is the value without the fault.
 
-    While the fault is there, only its cure ends it: setting the parameter back is refused, since a broken
-    device is not repaired by saying that it works. The experiment, in which faults grow and heal, gives itself access
-    first.
+    Only the cure ends a fault: setting the parameter back is refused. The experiment, in which faults grow and heal,
+    gives itself access first.
 
     Args:
         default: the value without the fault.
-        description: what happens.
+        description: of the fault.
         minimum: least allowed number.
         maximum: greatest allowed number.
-        ends_with: the action of the node that ends the fault, if there is one, for the refusal's reason.
+        ends_with: the action of the node that ends the fault, for the refusal's reason; empty if there is none.
         cured_by_restart: whether activating the node ends it.
     """
 
@@ -136,7 +135,7 @@ class FaultParameter(NodeParameter[ValueT]):
         self.ends_with = " or ".join([*ends, "a redeploy"])
 
     def refusal(self, node: _Host, value: object) -> str:
-        """Refuse to end a fault that is there."""
+        """Refuse to end a present fault."""
         present = node.parameter_values[self.name]
         if present not in (self.default, value) and not node.parameter_values.get(FAULT_ACCESS):
             return f"{self.name} is {present} and ends only with {self.ends_with} of {node.get_name()}."
@@ -147,7 +146,7 @@ class TopicParameter(NodeParameter[str]):
     """A parameter that names a topic; relative names are in the managed system's namespace."""
 
     def refusal(self, node: _Host, value: object) -> str:
-        """Refuse what is not the name of a topic, and in the managed system one that none of its nodes publishes on."""
+        """Refuse other texts than topics and, in the managed system, topics on which none of its nodes publishes."""
         if not is_topic_name(str(value)):
             return f"{self.name} must be a topic's name such as {self.default}, got {value!r}."
         try:
@@ -160,7 +159,7 @@ class TopicParameter(NodeParameter[str]):
             and topic.startswith(f"{NAMESPACE}/")
             and topic not in system.publishers
         ):
-            names = [short_name(one) for one in system.publishers]
+            names = [short_name(publisher) for publisher in system.publishers]
             return (
                 f"{self.name} must be a topic that a managed node publishes on: {suggestion(str(value), names)}choose "
                 f"among {', '.join(names)}, got {value!r}."
@@ -169,7 +168,7 @@ class TopicParameter(NodeParameter[str]):
 
 
 class Action(NodeParameter[bool]):
-    """A method that is a parameter: it is called when that is set to true, which then becomes false again.
+    """A method that is a parameter: setting it to true calls the method, and it becomes false again.
 
     Example:
         The method's name is the parameter's, its docstring the description::
@@ -184,7 +183,7 @@ class Action(NodeParameter[bool]):
         self.function = function
 
     def after_set(self, node: _Host, value: bool) -> None:
-        """Do it, and set the parameter back when the present call is over, so that everyone sees it."""
+        """Call the method, and set the parameter back after the present call, so that observers see both values."""
         if value:
             self.function(node)
             node.call_later(0.0, lambda: node.write_parameter(self.name, value=False))
@@ -195,7 +194,6 @@ action: Final = Action
 
 def bound_parameters(node_class: type) -> dict[str, NodeParameter[Any]]:
     """Return the parameters of a class and its bases, by name, bases first."""
-    found: dict[str, NodeParameter[Any]] = {}
-    for owner in reversed(node_class.__mro__):
-        found |= {name: value for name, value in vars(owner).items() if isinstance(value, NodeParameter)}
-    return found
+    owners = reversed(node_class.__mro__)
+    values = (item for owner in owners for item in vars(owner).items())
+    return {name: value for name, value in values if isinstance(value, NodeParameter)}

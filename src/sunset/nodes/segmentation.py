@@ -16,24 +16,22 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    # imported where it is used: it takes time and starts a thread, and no other node needs it
+    # imported where it is used: it takes time and starts a thread, and other nodes do without it
     from sunset.perception import InferenceCache, Modality, Segmenter
 
 _WARM_UP_S: Final = 0.15
-"""Time before each network is run first: heartbeats come every 0.1 s, and the first shall not be late."""
+"""Time before the first run of each network, so that heartbeats, every 0.1 s, are not late."""
 
 
 class SegmentationNode(AdaptiveNode):
     """Publishes `segmentation` from `sensors_fused`: the class index of every pixel.
 
-    It reports the entropy of every frame. While it works on a frame only the newest of those that arrive is
-    kept for it.
+    It reports the entropy of every frame. While it works on a frame, it keeps only the newest frame that arrives.
 
-    A segmenter of its own, which the parameters describe, is warmed up while the node boots: each network is run
-    once on an empty image, so that the first frames are not slower than others.
+    While the node boots, it runs each network on an empty image, so that the first frames are not slower than others.
 
     Args:
-        segmenter: what segments, and is not warmed up; None for one that the parameters describe.
+        segmenter: the segmenter, which is not warmed up; None for the segmenter that the parameters describe.
         options: as of `AdaptiveNode`.
     """
 
@@ -45,21 +43,16 @@ class SegmentationNode(AdaptiveNode):
     )
     device = NodeParameter("cpu", "what networks run on: cpu, cuda or auto", read_only=True)
     cuda_out_of_memory = FaultParameter(
-        False,
-        get_fault("cuda_out_of_memory").description,
-        cured_by_restart=True,
+        False, get_fault("cuda_out_of_memory").description, cured_by_restart=True
     )
-    gpu_failure = FaultParameter(
-        False,
-        get_fault("gpu_failure").description,
-    )
+    gpu_failure = FaultParameter(False, get_fault("gpu_failure").description)
 
     def __init__(self, *, segmenter: "Segmenter | None" = None, **options: Any) -> None:
         self._given = segmenter
         super().__init__(**options)
 
     def set_up(self) -> None:
-        """Name the input and the output."""
+        """Declare the input and the output."""
         self._labels = self.create_lifecycle_publisher(Image, "segmentation", 10)
         self.create_active_subscription(SensorFusion, "sensors_fused", self._on_fused, depth=1)
 
@@ -79,7 +72,7 @@ class SegmentationNode(AdaptiveNode):
         return Segmenter(load_model(self.model), device=self.device, cache=answers)
 
     def _warm_up(self, modalities: "list[Modality]") -> None:
-        """Run networks once each, with time for heartbeats before and between them."""
+        """Run the networks, with time for heartbeats before and between them."""
         if not modalities:
             return
 
@@ -104,10 +97,10 @@ class SegmentationNode(AdaptiveNode):
     def _inputs(
         self, message: SensorFusion
     ) -> "tuple[Modality, npt.NDArray[np.uint8] | None, npt.NDArray[np.uint16] | None]":
-        """Return what the segmenter takes.
+        """Return the segmenter's inputs.
 
         Raises:
-            DataError: the message has no such modality, or not the images that the model takes.
+            DataError: the message has an unknown modality, or other images than the model takes.
         """
         from sunset.perception import Modality  # noqa: PLC0415  see above
 
@@ -129,7 +122,7 @@ class SegmentationNode(AdaptiveNode):
 
 @cache
 def _answers(path: str) -> "InferenceCache":
-    """Return the cache in a file, opened once a process: what it answers does not depend on when."""
+    """Return the cache in a file, opened once a process."""
     from sunset.perception import InferenceCache  # noqa: PLC0415  see above
 
     return InferenceCache(path)

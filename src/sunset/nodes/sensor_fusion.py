@@ -20,10 +20,9 @@ _WAITING: Final = 10
 class Fusion(AdaptiveNode):
     """Publishes `sensors_fused` from the colour images that `topic_camera_input` names and `depth_camera`.
 
-    It publishes one message for each matched pair, never the same twice and never one older than the
-    last, unless by so much that time must have been set back. With the modality rgb or depth it
-    publishes that sensor's images only. What comes on `topic_camera_input` and is not a colour image is
-    dropped, and logged.
+    It publishes a message for each matched pair, in the order of their stamps unless time was set back. With the
+    modality rgb or depth it publishes that sensor's images only. Messages on `topic_camera_input` that are not colour
+    images are dropped, and logged.
     """
 
     node_name = "sensor_fusion"
@@ -46,17 +45,12 @@ class Fusion(AdaptiveNode):
         ends_with="do_recalibration",
     )
     sync_issue = FaultParameter(
-        False,
-        "internal fault: no pairs come out, until a restart",
-        cured_by_restart=True,
+        False, "internal fault: no pairs come out, until a restart", cured_by_restart=True
     )
-    memory_leakage = FaultParameter(
-        False,
-        "internal fault: no pairs come out, until a redeploy",
-    )
+    memory_leakage = FaultParameter(False, "internal fault: no pairs come out, until a redeploy")
 
     def set_up(self) -> None:
-        """Name the inputs and the output."""
+        """Declare the inputs and the output."""
         self._pairs: PairMatcher[Image, Image] = PairMatcher(_WAITING)
         self._newest = -1
         self._topic = ""
@@ -66,11 +60,11 @@ class Fusion(AdaptiveNode):
 
     @action
     def do_recalibration(self) -> None:
-        """Adaptation: align the cameras anew, which ends image_shift."""
+        """Adaptation: align the cameras again, which ends image_shift."""
         self.write_parameter("image_shift", 0)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Start with nothing waiting."""
+        """Forget earlier images."""
         self._pairs.reset()
         self._newest = -1
         return super().on_activate(state)
@@ -103,13 +97,13 @@ class Fusion(AdaptiveNode):
         return round(self.delta_t_threshold * 1e9)
 
     def _forget_other_topic(self) -> None:
-        """Drop waiting colour images of the topic that was subscribed to before."""
+        """Drop waiting colour images of the topic before."""
         if self._topic != self.topic_camera_input:
             self._topic = self.topic_camera_input
             self._pairs.clear_left()
 
     def _publish(self, header: Header, *, rgb: Image | None = None, depth: Image | None = None) -> None:
-        """Publish what there is, unless something as new was published before."""
+        """Publish the given images, unless they are late."""
         stamp = stamp_ns(header)
         # a pair has the colour image's stamp, which may be the tolerance older than the depth image's
         is_late = 0 <= self._newest - stamp <= SET_BACK_NS + self._tolerance

@@ -1,14 +1,13 @@
-"""Segmentation networks and their inference: arrays in, arrays out; knows no ROS.
+"""Segmentation networks and their inference, without ROS.
 
 A model is a folder with up to three networks (RGB, depth, and both fused) and a card. `load_model` checks
-it, a `Segmenter` runs it, and an `InferenceCache` remembers what it answered.
+it, a `Segmenter` runs it, and an `InferenceCache` stores the results.
 """
 
 from sunset.perception.cache import InferenceCache
-from sunset.perception.card import ModelCard, NetworkCard
+from sunset.perception.card import Modality, ModelCard, NetworkCard
 from sunset.perception.engine import DEVICES, find_device
 from sunset.perception.installed import OFFERED, is_installed, list_models
-from sunset.perception.modality import Modality
 from sunset.perception.model import Model, load_model
 from sunset.perception.segmenter import Segmentation, Segmenter
 

@@ -1,4 +1,4 @@
-"""A file that remembers what networks answered."""
+"""A file that stores the results of inference."""
 
 import contextlib
 import hashlib
@@ -23,10 +23,10 @@ from sunset.compression import zstd
 from sunset.errors import DataError, OutputError
 from sunset.image_digests import image_digest
 from sunset.input_files import check_regular
-from sunset.perception.modality import Modality
+from sunset.perception.card import Modality
 
 _APPLICATION_ID: Final = 0x53554E53
-"""Marks an SQLite file as ours ("SUNS")."""
+"""Marks the SQLite files of this module ("SUNS")."""
 
 _VERSION: Final = 3
 _TABLE: Final = (
@@ -35,38 +35,35 @@ _TABLE: Final = (
 )
 _REMEDY: Final = "--no-cache does without it, SUNSET_CACHE_DIR names another folder"
 _WAIT_S: Final = 60.0
-"""How long to wait for other processes that write at the same moment."""
+"""Time to wait for other processes that write at the same moment."""
 
 _log: Final = logging.getLogger(__name__)
 
 _inherited: list[sqlite3.Connection] = []
-"""Connections that a fork brought along: closing them would release locks that the parent holds."""
+"""Connections of the parent process: closing them would release the parent's locks."""
 
 
 class InferenceCache:
-    """Labels and entropy by what they were computed from, in an SQLite file.
+    """An SQLite file of inference results: labels and entropy.
 
     The key is a SHA-256 over the weights' checksum, the modality, the runtime's version, the processor's
-    instruction sets (other instructions may give other last bits) and the digests of the inputs; so nothing in the
-    file ever goes out of date, and it can be deleted at any time. Several processes may share a file: it
-    is in write-ahead mode, every answer is a transaction of its own, and a process that is killed leaves
-    it intact. The file must be on a local file system.
+    instruction sets (others may give other last bits) and the digests of the inputs, so no entry ever goes out of
+    date, and the file can be deleted at any time. Several processes may share a file: it is in write-ahead mode and
+    every entry is a transaction, so that a killed process leaves it intact. It must be on a local file system.
 
-    Every answer has a checksum over its key and all that it says. One that does not match, because another program
+    Every entry has a checksum over its key and content. An entry that does not match, because another program
     wrote it, is not used; the first of them is reported on stderr.
 
     Args:
-        path: the file; made with its folder if it does not exist. One of an older version is emptied.
-        base: another cache, which is asked first and never written to; None for none.
+        path: the file; it is made with its folder if it does not exist, and emptied if it is of an older version.
 
     Raises:
         OutputError: the file or its folder cannot be made or written.
         DataError: the file is something else, or damaged. It is never overwritten.
     """
 
-    def __init__(self, path: Path | str, *, base: "InferenceCache | None" = None) -> None:
+    def __init__(self, path: Path | str) -> None:
         self._path = Path(path)
-        self._base = base
         self._lock = threading.Lock()
         self._connection: sqlite3.Connection | None = None
         self._process = 0
@@ -87,7 +84,7 @@ class InferenceCache:
             return int(count)
 
     def key(self, weights: str, modality: Modality, inputs: Iterable[npt.NDArray[np.generic]]) -> bytes:
-        """Return the key of an inference, 32 bytes: by the weights' checksum, and its inputs."""
+        """Return the key of an inference, 32 bytes, by the weights' checksum and its inputs."""
         digest = hashlib.sha256(self._platform)
         digest.update(f"{weights}|{modality.key}".encode())
         for array in inputs:
@@ -96,13 +93,11 @@ class InferenceCache:
         return digest.digest()
 
     def get(self, key: bytes) -> tuple[npt.NDArray[np.uint8], float] | None:
-        """Return flat labels (read-only) and entropy of an inference, or None if it is not known for sure.
+        """Return flat labels (read-only) and entropy of an inference, or None without a valid entry.
 
         Raises:
             DataError: the file is damaged.
         """
-        if self._base is not None and (known := self._base.get(key)) is not None:
-            return known
         with self._lock, self._errors():
             query = "SELECT labels, entropy, checksum FROM answers WHERE key = ?"
             row = self._connected().execute(query, (key,)).fetchone()
@@ -116,7 +111,7 @@ class InferenceCache:
         return None
 
     def put(self, key: bytes, labels: npt.NDArray[np.uint8], entropy: float) -> None:
-        """Remember an answer, in the place of one that is there already; not one whose entropy is NaN.
+        """Store a result, in the place of an older entry; a result with the entropy NaN is not stored.
 
         Raises:
             OutputError: the file cannot be written.
@@ -138,22 +133,18 @@ class InferenceCache:
                 self._connection = None
 
     def __del__(self) -> None:
-        if (
-            getattr(self, "_connection", None) is not None and os
-        ):  # not when the interpreter has let go of modules
+        if getattr(self, "_connection", None) is not None and os:  # not after modules were cleared at exit
             self.close()
 
     def _create(self) -> None:
-        """Make an empty cache beside the path and link it there, so that nobody ever sees half of one."""
+        """Make an empty cache beside the path and link it there, so that other processes see a whole file."""
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             with tempfile.TemporaryDirectory(prefix=f".{self._path.name}.", dir=self._path.parent) as folder:
                 draft = Path(folder) / self._path.name
                 draft.touch(0o600)
-                with (
-                    self._errors(),
-                    contextlib.closing(sqlite3.connect(draft, isolation_level=None)) as connection,
-                ):
+                connection = sqlite3.connect(draft, isolation_level=None)
+                with self._errors(), contextlib.closing(connection):
                     connection.execute(f"PRAGMA application_id = {_APPLICATION_ID}")
                     connection.execute(f"PRAGMA user_version = {_VERSION}")
                     connection.execute(_TABLE)
@@ -166,7 +157,7 @@ class InferenceCache:
             ) from error
 
     def _connected(self) -> sqlite3.Connection:
-        """Return this process's connection: SQLite's must not be carried across a fork."""
+        """Return this process's connection, since SQLite's connections must not be used across a fork."""
         if self._connection is None or self._process != os.getpid():
             check_regular(self._path)
             connection = sqlite3.connect(
@@ -184,7 +175,7 @@ class InferenceCache:
         return self._connection
 
     def _check_version(self, connection: sqlite3.Connection) -> None:
-        """Make sure that the file is a cache of this version; an older one is emptied and becomes one."""
+        """Check that the file is a cache; an older version is emptied and becomes this version."""
         (application,) = connection.execute("PRAGMA application_id").fetchone()
         if application == _APPLICATION_ID and _version(connection) < _VERSION:
             connection.execute("BEGIN IMMEDIATE")
@@ -196,12 +187,11 @@ class InferenceCache:
         if (application, _version(connection)) != (_APPLICATION_ID, _VERSION):
             raise DataError(
                 f"The file {self._path} is no inference cache of this version: choose another path, or "
-                f"delete it if it is not needed."
+                "delete it if it is not needed."
             )
 
     @contextlib.contextmanager
     def _errors(self) -> Iterator[None]:
-        """Translate SQLite's errors."""
         try:
             yield
         except (sqlite3.OperationalError, OSError) as error:
@@ -221,7 +211,7 @@ def _version(connection: sqlite3.Connection) -> int:
 
 
 def _checksum(key: bytes, labels: object, entropy: object) -> bytes | None:
-    """Return what shows that an answer is the one to its key; None if it is of types that this file does not write."""
+    """Return the checksum of an entry; None if its values have other types than this module writes."""
     if not isinstance(labels, bytes) or not isinstance(entropy, float):
         return None
     return hashlib.sha256(b"".join((key, struct.pack("<d", entropy), labels))).digest()

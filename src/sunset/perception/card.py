@@ -1,9 +1,10 @@
-"""The model card: what a model is, what it was measured to do, and the thresholds that belong to it."""
+"""The model card: a model's networks, results and thresholds."""
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import IntEnum
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -12,8 +13,6 @@ from msgspec import Meta
 
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError, ModelError
-from sunset.perception.card_text import card_text
-from sunset.perception.modality import Modality
 from sunset.schemas import convert, read_json
 
 CARD_NAME: Final = "card.json"
@@ -32,11 +31,38 @@ _Side = Annotated[int, Meta(ge=1, le=MAX_SIDE)]
 Strengths = Annotated[
     tuple[float | None, ...], Meta(min_length=5, max_length=5, description="a list of five")
 ]
-"""Of a fault, by severity; None where no strength is so severe."""
+"""A fault's strengths by severity; None where no strength is so severe."""
+
+
+class Modality(IntEnum):
+    """The sensors that a network looks at; the values are those in `system_interfaces/msg/FusionType`.
+
+    >>> Modality.FUSION.key, Modality.DEPTH.needs_rgb, Modality.DEPTH.needs_depth
+    ('fusion', False, True)
+    """
+
+    FUSION = 0
+    RGB = 1
+    DEPTH = 2
+
+    @property
+    def key(self) -> str:
+        """The name in a model's card and files."""
+        return self.name.lower()
+
+    @property
+    def needs_rgb(self) -> bool:
+        """Whether the network takes a colour image."""
+        return self is not Modality.DEPTH
+
+    @property
+    def needs_depth(self) -> bool:
+        """Whether the network takes a depth image."""
+        return self is not Modality.RGB
 
 
 def check_name(name: str) -> None:
-    """Refuse a model's name that its card cannot hold, before the model is made.
+    """Check that a card can hold a model's name.
 
     Raises:
         InvalidInputError: it is empty, or UTF-8 cannot encode it.
@@ -49,15 +75,14 @@ def check_name(name: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class NetworkCard:
-    """One network of a model.
+    """A network of a model.
 
     Attributes:
         file: its file name in the model's folder.
         sha256: checksum of the file, 64 hexadecimal digits.
         parameters: number of weights.
-        temperature: its logits are divided by this before the entropy's softmax.
-        data: files beside it that hold its weights (ONNX's external data), with their checksums. Networks of
-            one model may share them.
+        temperature: divisor of the logits before the entropy's softmax.
+        data: other files of its weights (ONNX's external data) with their checksums; a model's networks may share them.
     """
 
     file: _FileName
@@ -68,12 +93,12 @@ class NetworkCard:
 
     @property
     def files(self) -> dict[str, str]:
-        """Checksums of all files that the network consists of, by name."""
+        """Checksums of the network's files, by name."""
         return {self.file: self.sha256, **self.data}
 
     @property
     def digest(self) -> str:
-        """What tells this network from every other: a checksum over all its files, 64 hexadecimal digits."""
+        """A checksum over all its files, 64 hexadecimal digits."""
         if not self.data:
             return self.sha256
         files = "".join(f"|{name}|{digest}" for name, digest in sorted(self.data.items()))
@@ -82,23 +107,23 @@ class NetworkCard:
 
 @dataclass(frozen=True, slots=True)
 class ModelCard:
-    """What `card.json` says.
+    """The content of `card.json`.
 
     Attributes:
         name: the model's name.
         version: of the weights.
         description: one paragraph.
-        height: of the images that it takes, in pixels.
-        width: of the images that it takes, in pixels.
+        height: of the input images, in pixels.
+        width: of the input images, in pixels.
         classes: names, by class index.
         entropy_threshold: the F4 symptom holds where the entropy, averaged over 5 frames, exceeds it.
         sharpness_threshold: the F5 symptom holds where the sharpness, averaged over 5 frames, is below it.
         networks: by modality.
-        training: how it was trained (data, seeds, schedule, losses), as the training run wrote it.
-        results: what it was measured to do on held-out data, as the training run wrote it.
+        training: its data, seeds, schedule and losses, as the training run wrote them.
+        results: measurements on held-out data, as the training run wrote them.
         architecture: of the networks, such as "deeplabv3_resnet50"; empty if the card does not say.
         precision: of the stored weights, such as "float16 weights" or "int8"; empty if the card does not say.
-        severities: fault → the strengths that cost so much of the healthy IoU as each severity means.
+        severities: fault → its strengths, by the share of the healthy IoU that they cost.
     """
 
     name: _Text
@@ -122,7 +147,7 @@ class ModelCard:
         """Read and check a card.
 
         Raises:
-            ModelError: it is missing, no JSON, lacks something, or has what cannot be written again.
+            ModelError: it is missing or malformed.
         """
         raw, where = read_json(path, "The model card", ModelError), f"model card {path}"
         names = {modality.key: modality for modality in Modality}
@@ -141,19 +166,13 @@ class ModelCard:
         return card
 
     def to_json(self) -> dict[str, object]:
-        """Return the object that `card.json` holds."""
+        """Return the content of `card.json`."""
         plain: dict[str, object] = msgspec.to_builtins(self)
-        networks = {
-            modality.key: {
-                key: value for key, value in msgspec.to_builtins(network).items() if key != "data" or value
-            }
+        plain["networks"] = {
+            modality.key: _without_empty(msgspec.to_builtins(network), "data")
             for modality, network in sorted(self.networks.items())
         }
-        return {"format": CARD_FORMAT} | {
-            key: value
-            for key, value in (plain | {"networks": networks}).items()
-            if value or key not in ("architecture", "precision", "severities")
-        }
+        return {"format": CARD_FORMAT} | _without_empty(plain, "architecture", "precision", "severities")
 
     def write(self, folder: Path) -> None:
         """Write `card.json`, and `card.md` for reading, into the model's folder."""
@@ -164,3 +183,64 @@ class ModelCard:
     def to_text(self) -> str:
         """Return the card as text for reading, in Markdown."""
         return card_text(self.to_json())
+
+
+def _without_empty(content: dict[str, object], *optional: str) -> dict[str, object]:
+    return {key: value for key, value in content.items() if value or key not in optional}
+
+
+def card_text(card: Mapping[str, object]) -> str:
+    """Return the Markdown of a card's JSON object.
+
+    >>> print(card_text({"name": "lite", "version": "1", "description": "Small.", "width": 256}))
+    # lite, version 1
+    <BLANKLINE>
+    Small.
+    <BLANKLINE>
+    - width: 256
+    <BLANKLINE>
+    """
+    lines = [f"# {card['name']}, version {card['version']}", "", str(card["description"]), ""]
+    head = ("name", "version", "description", "format")
+    lines += _section({key: value for key, value in card.items() if key not in head}, 2)
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _section(content: Mapping[str, object], level: int) -> Iterator[str]:
+    plain = {key: value for key, value in content.items() if not isinstance(value, Mapping)}
+    for key, value in plain.items():
+        yield f"- {_words(key)}: {_cell(value)}"
+    if plain:
+        yield ""
+    for key, value in content.items():
+        if isinstance(value, Mapping) and value:
+            yield f"{'#' * level} {_words(key).capitalize()}"
+            yield ""
+            yield from _table(value) if _is_table(value) else _section(value, level + 1)
+
+
+def _is_table(content: Mapping[str, object]) -> bool:
+    return all(
+        isinstance(row, Mapping) and not any(isinstance(cell, Mapping) for cell in row.values())
+        for row in content.values()
+    )
+
+
+def _table(rows: Mapping[str, object]) -> Iterator[str]:
+    maps = {key: row for key, row in rows.items() if isinstance(row, Mapping)}
+    columns = list(dict.fromkeys(str(column) for row in maps.values() for column in row))
+    yield "| | " + " | ".join(_words(column) for column in columns) + " |"
+    yield "|---|" + "---|" * len(columns)
+    for key, row in maps.items():
+        yield f"| {_words(key)} | " + " | ".join(_cell(row.get(column, "")) for column in columns) + " |"
+    yield ""
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return ", ".join(_cell(item) for item in value)
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,4 +1,4 @@
-"""The engine that runs networks, ONNX Runtime, set up so that its answers repeat bit by bit."""
+"""The engine of the networks, ONNX Runtime, with settings for results that repeat bit by bit."""
 
 import re
 from collections.abc import Mapping
@@ -10,15 +10,15 @@ from onnxruntime.capi import onnxruntime_pybind11_state as _runtime_errors
 from sunset.errors import InvalidInputError, MissingExtraError, ModelError
 
 DEVICES: Final = ("cpu", "cuda", "auto")
-"""What may be asked for; "auto" is "cuda" where the engine offers it, else "cpu"."""
+"""The choices of a device; "auto" is "cuda" where the engine offers it, else "cpu"."""
 
 RUNTIME_ERRORS: Final = tuple(
     kind for kind in vars(_runtime_errors).values() if isinstance(kind, type) and issubclass(kind, Exception)
 )
-"""What ONNX Runtime raises; the classes have no base of their own."""
+"""The exceptions of ONNX Runtime, which have no common base."""
 
 _LOOP: Final = re.compile(rb'(?:"|\xa2\x80*\x00)(?:\x04|\x84\x80*\x00)(Loop|Scan)')
-"""A node with an operator that repeats others: the tag of `op_type`, the length of the name, and the name."""
+"""An operator that repeats others in a file: the tag of `op_type`, the length of its name, and the name."""
 
 _CUDA: Final = "CUDAExecutionProvider"
 _PROVIDERS: Final[dict[str, list[object]]] = {
@@ -29,11 +29,11 @@ _PROVIDERS: Final[dict[str, list[object]]] = {
 
 
 def find_device(wanted: str) -> str:
-    """Return "cpu" or "cuda" for what was asked for.
+    """Return "cpu" or "cuda" for a choice of `DEVICES`.
 
     Raises:
-        InvalidInputError: it is none of `DEVICES`.
-        MissingExtraError: "cuda" is asked for and the installed engine does not offer it.
+        InvalidInputError: the choice is unknown.
+        MissingExtraError: "cuda" is chosen and the installed engine does not offer it.
     """
     if wanted not in DEVICES:
         raise InvalidInputError(f"The device must be one of {', '.join(DEVICES)}, got {wanted!r}.")
@@ -49,41 +49,26 @@ def find_device(wanted: str) -> str:
 def open_session(
     network: bytes, data: Mapping[str, bytes], *, name: str, threads: int = 1, device: str = "cpu"
 ) -> onnxruntime.InferenceSession:
-    """Open a network, from memory: the engine gets at no file.
+    """Open a network from memory, without access to files.
 
     Args:
         network: an ONNX file.
-        data: the files that may hold its weights (ONNX's external data), by the names that it gives them.
+        data: files that may hold its weights (ONNX's external data), by their names in the network.
         name: the network's, for errors.
-        threads: for each operator. One thread gives the same bits always; with more, float sums may be
+        threads: for each operator. With a single thread, results repeat bit by bit; with more, float sums may be
             blocked differently (seen from 4 threads on).
         device: "cpu" or "cuda". CUDA has not been tried on a graphics card by this project.
 
     Raises:
-        ModelError: the file is no network that can be run, or the device does not work.
+        ModelError: the network cannot be run, or the device does not work.
     """
     if loop := _LOOP.search(network):
         raise ModelError(
             f"The network {name} must not have the operator {loop[1].decode()}, whose work has no bounds; export it "
             "without loops."
         )
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads
-    options.inter_op_num_threads = 1
-    options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
-    options.use_deterministic_compute = True
-    options.enable_mem_pattern = False  # with it, not only the first run is slow but also the second
-    options.log_severity_level = 4  # what goes wrong is raised, and must not be printed as well
-    # Idle threads would spin, and take a core from others.
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
-    # What is not in the table is refused; a table without an entry would be none.
-    table = {"": b"\0", **data}
-    options.add_external_initializers_from_files_in_memory(
-        list(table), list(table.values()), [len(content) for content in table.values()]
-    )
-    # The table is not looked at for tensors in the branches of control flow; here no file can be.
-    options.add_session_config_entry("session.model_external_initializers_file_folder_path", "/dev/null")
     try:
+        options = _options(data, threads)
         session = onnxruntime.InferenceSession(network, options, providers=_PROVIDERS[device])
     except RUNTIME_ERRORS as error:
         hint = "; weights in other files are read where the card names these as the network's 'data'"
@@ -97,6 +82,25 @@ def open_session(
             f"check the driver and the CUDA and cuDNN libraries, or choose the device cpu."
         )
     return session
+
+
+def _options(data: Mapping[str, bytes], threads: int) -> onnxruntime.SessionOptions:
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
+    options.inter_op_num_threads = 1
+    options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
+    options.use_deterministic_compute = True
+    options.enable_mem_pattern = False  # with it, not only the first run is slow but also the second
+    options.log_severity_level = 4  # errors are raised, and must not be printed as well
+    # Idle threads would spin, and take a core from others.
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    # Files outside the table are refused, but an empty table would not count as a table.
+    table = {"": b"\0", **data}
+    sizes = [len(content) for content in table.values()]
+    options.add_external_initializers_from_files_in_memory(list(table), list(table.values()), sizes)
+    # Tensors in the branches of control flow are not looked up in the table but in this folder; it cannot hold any.
+    options.add_session_config_entry("session.model_external_initializers_file_folder_path", "/dev/null")
+    return options
 
 
 def one_line(error: BaseException) -> str:

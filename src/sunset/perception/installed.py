@@ -1,7 +1,7 @@
-"""The models that can be called by name: the package's own, and those that other distributions install.
+"""The models that have a name: the package's own, and models that other distributions install.
 
 A distribution offers a model by an entry point of the group `sunset.models`: its name is the model's, its value the
-top-level package whose folder holds the card and the networks. Nothing of that package is executed.
+top-level package whose folder holds the card and the networks. That package is not executed.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from sunset.perception.card import CARD_NAME
 from sunset.texts import suggestion
 
 OFFERED: Final[Mapping[str, str]] = {"reference": "pip install ./models/reference"}
-"""Models of distributions of their own, and the command that installs each, in a clone of SUNSET's repository."""
+"""Models of other distributions, and the command that installs each in a clone of SUNSET's repository."""
 
 _GROUP: Final = "sunset.models"
 _SHIPPED: Final = Path(__file__).parent / "models"
@@ -27,10 +27,10 @@ def list_models() -> tuple[str, ...]:
 
 
 def find_model(name: str) -> Path | None:
-    """Return the folder of an installed model, None if there is no such model; the package's own go first.
+    """Return the folder of an installed model, or None; the package's own models come first.
 
     Raises:
-        ModelError: several distributions offer the model, or one does that lacks the files.
+        ModelError: several distributions offer the model, or its distribution lacks the files.
     """
     if name in _shipped():
         return _SHIPPED / name
@@ -52,7 +52,7 @@ def find_model(name: str) -> Path | None:
 
 
 def missing_model_error(name: str) -> ModelError:
-    """Return what to raise where no installed model and no folder has this name."""
+    """Return the error for a name of neither an installed model nor a folder."""
     if name in OFFERED:
         return ModelError(
             f"The model {name!r} is not installed: in a clone of SUNSET's repository, run {OFFERED[name]!r}."
@@ -65,10 +65,10 @@ def missing_model_error(name: str) -> ModelError:
 
 
 def is_installed(folder: Path) -> bool:
-    """Return whether a folder is that of an installed model, which installers change and nobody else."""
+    """Return whether a folder holds an installed model, which only installers change."""
     shipped = (_SHIPPED / name for name in _shipped())
     others = (_folder(point) for point in entry_points(group=_GROUP))
-    return folder.resolve() in {found.resolve() for found in (*shipped, *others) if found is not None}
+    return folder.resolve() in {place.resolve() for place in (*shipped, *others) if place is not None}
 
 
 def _shipped() -> list[str]:
@@ -76,9 +76,9 @@ def _shipped() -> list[str]:
 
 
 def _folder(point: EntryPoint) -> Path | None:
-    """Return the folder that an entry point names; None if there is none with a card."""
+    """Return the folder that an entry point names, if it has a card."""
     try:
-        # a name with dots would import what stands before the last one
+        # of a name with dots, the parent packages would be imported
         spec = find_spec(point.value) if point.value.isidentifier() else None
     except (ImportError, ValueError):
         return None

@@ -11,15 +11,14 @@ from onnxruntime import InferenceSession
 
 from sunset.errors import ModelError
 from sunset.input_files import read_bytes
-from sunset.perception.card import CARD_NAME, ModelCard
+from sunset.perception.card import CARD_NAME, Modality, ModelCard
 from sunset.perception.engine import open_session
 from sunset.perception.installed import find_model, missing_model_error
-from sunset.perception.modality import Modality
 from sunset.perception.severities import with_severities
 from sunset.texts import shown
 
 _LARGEST: Final = 2**31
-"""Bytes of a network's file; none of ONNX's is larger."""
+"""The greatest size of an ONNX file in bytes."""
 
 _sessions: dict[tuple[object, ...], InferenceSession] = {}
 _sessions_lock = threading.Lock()
@@ -38,10 +37,10 @@ class Model:
     def session(self, modality: Modality, *, threads: int = 1, device: str = "cpu") -> InferenceSession:
         """Return the network's ONNX Runtime session, made once per process, number of threads and device.
 
-        Only with one thread are the bits always the same. The device is "cpu" or "cuda".
+        Results repeat bit by bit with a single thread only. The device is "cpu" or "cuda".
 
         Raises:
-            ModelError: the model has no such network, or its file is not one that can be run.
+            ModelError: the model lacks this network, or its file cannot be run.
         """
         if modality not in self.card.networks:
             has = ", ".join(sorted(known.key for known in self.card.networks))
@@ -63,12 +62,10 @@ def load_model(name_or_path: str | Path) -> Model:
     """Load a model and check its files against its card.
 
     Args:
-        name_or_path: a name of `list_models()`, or a folder with `card.json` and its networks. A text
-            with a path separator, or one that is not such a name, is taken as a folder.
+        name_or_path: a name of `list_models()`, or a folder with `card.json` and its networks.
 
     Raises:
-        ModelError: there is no such model, a file is missing or not the one on the card, or the card is
-            malformed.
+        ModelError: the model does not exist, a file is missing or differs from the card, or the card is malformed.
     """
     if not isinstance(name_or_path, str | Path):
         raise ModelError(f"A model must be a name or a folder, got {shown(name_or_path)}.")
@@ -89,7 +86,7 @@ def load_model(name_or_path: str | Path) -> Model:
 
 
 def _verified(path: Path, expected: str) -> bytes:
-    """Return the content of a file, which has this checksum."""
+    """Return the content of a file, after a check of its checksum."""
     try:
         content = read_bytes(path, _LARGEST)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Running a model's networks."""
+"""Segmentation of frames with a model's networks."""
 
 from dataclasses import dataclass
 from typing import Final, TypeAlias
@@ -8,12 +8,12 @@ import numpy.typing as npt
 
 from sunset.errors import ModelError
 from sunset.perception.cache import InferenceCache
+from sunset.perception.card import Modality
 from sunset.perception.engine import RUNTIME_ERRORS, find_device, one_line
-from sunset.perception.modality import Modality
 from sunset.perception.model import Model
 
 _ROUNDING: Final = 1e-3
-"""How far an entropy may be outside [0, 1], for a network sums in float32."""
+"""Tolerance of an entropy's range [0, 1], since a network sums in float32."""
 
 _Colours: TypeAlias = npt.NDArray[np.uint8] | None
 _Depths: TypeAlias = npt.NDArray[np.uint16] | None
@@ -22,7 +22,7 @@ _Inputs: TypeAlias = dict[str, npt.NDArray[np.generic]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Segmentation:
-    """What a network says about a frame.
+    """A network's result for a frame.
 
     Attributes:
         labels: (H, W) uint8, class indices 0 to 27; read-only.
@@ -39,21 +39,21 @@ class Segmentation:
 class Segmenter:
     """Segments frames with the networks of a model.
 
-    On one thread of the processor, the answer to a frame does not depend on what came before, on the number of
-    cores, nor on what else the computer does; frames go through one at a time. To use several cores, segment in
-    several processes. Between processors with other instructions, last bits may differ.
+    On a single thread of the processor, the result for a frame depends neither on earlier frames, nor on the number of
+    cores or the computer's load. To use several cores, segment in several processes. Processors with other
+    instructions may give other last bits.
 
     Args:
-        model: whose networks.
-        threads: of the engine. With more than one, last bits may differ from those of one thread.
+        model: the model.
+        threads: of the engine. With several threads, last bits may differ.
         device: "cpu"; "cuda", with the package onnxruntime-gpu (this project has not tried it on a graphics
             card); or "auto", which is "cuda" where it is offered, else "cpu". With "cuda" bits may differ.
-        cache: answers frames that were seen before, or None. It is used with one thread and the device "cpu"
-            only: it must not mix their answers with others.
+        cache: stores results, or None. It is used with a single thread and the device "cpu" only, whose results
+            must not mix with others.
 
     Raises:
         ModelError: the number of threads is less than 1.
-        InvalidInputError: there is no such device.
+        InvalidInputError: the device is unknown.
         MissingExtraError: the device needs a package that is not installed.
     """
 
@@ -63,9 +63,9 @@ class Segmenter:
         if threads < 1:
             raise ModelError(f"The number of inference threads must be at least 1, got {threads}.")
         self.model: Final = model
-        """The model whose networks are run."""
+        """The model."""
         self.device: Final = find_device(device)
-        """What the networks run on: "cpu" or "cuda"."""
+        """The device of the networks: "cpu" or "cuda"."""
         self._threads = threads
         self._cache = cache if (threads, self.device) == (1, "cpu") else None
 
@@ -73,15 +73,15 @@ class Segmenter:
         return f"Segmenter({self.model!r}, threads={self._threads}, device={self.device!r}, cache={self._cache!r})"
 
     def segment(self, modality: Modality, bgr: _Colours, depth: _Depths) -> Segmentation:
-        """Segment one frame.
+        """Segment a frame.
 
         Args:
-            modality: which network; an input that it does not look at may be None and is not looked at.
+            modality: of the network; inputs that it does not need are ignored and may be None.
             bgr: (H, W, 3) uint8, the model's size.
             depth: (H, W) uint16, the model's size; 65535 counts are 1000 m.
 
         Raises:
-            ModelError: an input is missing or of another shape or type, the model has no such network, or
+            ModelError: an input is missing or of another shape or type, the model lacks the network, or
                 the network fails or gives an invalid entropy.
             DataError: the cache is damaged.
             OutputError: the cache cannot be written.
@@ -100,17 +100,17 @@ class Segmenter:
         return result
 
     def warm_up(self, modality: Modality) -> None:
-        """Run a network once on an empty image, past the cache: what was never run takes several times as long.
+        """Run a network on an empty image, past the cache, since the first run takes several times as long.
 
         Raises:
-            ModelError: the model has no such network, or it fails or gives an invalid entropy.
+            ModelError: the model lacks the network, or it fails or gives an invalid entropy.
         """
         size = (self.model.card.height, self.model.card.width)
         bgr, depth = np.zeros((*size, 3), np.uint8), np.zeros(size, np.uint16)
         self._infer(modality, self._inputs(modality, bgr, depth))
 
     def logits(self, modality: Modality, bgr: _Colours, depth: _Depths) -> npt.NDArray[np.float32]:
-        """Return the network's logits (28, h, w) as they are before interpolation and temperature.
+        """Return the network's logits (28, h, w) before interpolation and temperature.
 
         Raises:
             ModelError: as `segment`.
@@ -150,13 +150,13 @@ class Segmenter:
 
 
 def _checked(
-    what: str, array: npt.NDArray[np.generic] | None, shape: tuple[int, ...], dtype: np.dtype[np.generic]
+    name: str, array: npt.NDArray[np.generic] | None, shape: tuple[int, ...], dtype: np.dtype[np.generic]
 ) -> npt.NDArray[np.generic]:
     if array is None:
-        raise ModelError(f"The network needs a {what} of shape {shape} and type {dtype}, got none.")
+        raise ModelError(f"The network needs a {name} of shape {shape} and type {dtype}, got none.")
     if array.shape != shape or array.dtype != dtype:
         raise ModelError(
-            f"The network takes a {what} of shape {shape} and type {dtype}, got shape {array.shape} and type "
+            f"The network takes a {name} of shape {shape} and type {dtype}, got shape {array.shape} and type "
             f"{array.dtype}."
         )
     return np.ascontiguousarray(array)

@@ -1,4 +1,4 @@
-"""What strengths of faults cost a model, kept in a file beside its card."""
+"""The strengths of faults by their cost to a model, in a file beside its card."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -15,7 +15,7 @@ SEVERITIES_NAME: Final = "severities.json"
 """The file in a model's folder."""
 
 LOSSES: Final = (0.10, 0.25, 0.40, 0.55, 0.70)
-"""Severity → the share of the model's healthy IoU that a fault costs, from the least severe on."""
+"""Severity → the share of the model's healthy IoU that a fault costs."""
 
 
 class SeverityTable(msgspec.Struct, frozen=True, kw_only=True):
@@ -24,8 +24,8 @@ class SeverityTable(msgspec.Struct, frozen=True, kw_only=True):
     Attributes:
         model: the model's name.
         version: of its weights.
-        frames: how many the curves were measured on.
-        strengths: by fault, one for each of `LOSSES`; None where no strength costs so much.
+        frames: number of frames on which the curves were measured.
+        strengths: by fault, for each of `LOSSES`; None where no strength costs so much.
     """
 
     model: str
@@ -35,7 +35,7 @@ class SeverityTable(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def with_severities(card: ModelCard, folder: Path) -> ModelCard:
-    """Return a card with what the file beside it says of severities; the card as it is if there is no such file.
+    """Return a card with the severities in the file beside it, if there is such a file.
 
     Raises:
         ModelError: the file is damaged, or of another version of the model.
@@ -43,7 +43,7 @@ def with_severities(card: ModelCard, folder: Path) -> ModelCard:
     file = folder / SEVERITIES_NAME
     if not file.exists():
         return card
-    remedy = "make it anew with 'sunset models curves', or remove it"
+    remedy = "make it again with 'sunset models curves', or remove it"
     content = read_json(file, "The file", ModelError)
     table = convert(content, SeverityTable, f"the file {file}", ModelError, remedy=remedy)
     if (table.model, table.version) != (card.name, card.version):

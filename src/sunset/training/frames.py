@@ -16,6 +16,7 @@ from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import (
     HEIGHTS_M,
     PITCHES_DEG,
+    RENDER_VERSION,
     TIMES,
     WEATHERS,
     FlightPlan,
@@ -23,7 +24,6 @@ from sunset.data import (
     render_frames,
     render_views,
 )
-from sunset.data.cache import RENDER_VERSION
 from sunset.errors import OutputError
 from sunset.training.batches import FrameSet
 from sunset.training.inputs import HEIGHT, WIDTH

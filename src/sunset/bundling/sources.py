@@ -2,7 +2,6 @@
 
 import hashlib
 import os
-import re
 import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
@@ -14,24 +13,20 @@ from sunset.experiments import campaign_managers
 from sunset.input_files import file_digest
 from sunset.managing import (
     EXTERNAL,
-    MANAGERS,
     PREFIX,
     checksum,
     is_registered,
-    load_manager,
-    manager_sources,
     parse_command,
     sources_digest,
-    unfiled_sources,
 )
-from sunset.managing.files import written_files
+from sunset.managing.sources import partial_arguments, source_files
 from sunset.output_files import folder_name
 from sunset.recording import CampaignPlan
 from sunset.system import loaded_extensions
 from sunset.texts import printable
 
-_UNFILED: Final = re.compile(r"unfiled-[0-9]+\.py")
-"""What a class that has no file is packed as, behind the files."""
+_ARGUMENTS: Final = "arguments.txt"
+"""The file with the arguments of a `functools.partial`, behind the source files."""
 
 
 def find_manager_sources(
@@ -53,7 +48,7 @@ def find_manager_sources(
             lacking.append(f"The source of {name} is not in the bundle: {reason}.")
             continue
         try:
-            paths = _paths(manager, known)
+            paths = list(source_files(manager)) if checksum(manager) == known else None
         except (ManagerError, OSError) as error:
             raise ManagerError(
                 f"The source of the managing system {name} is needed: {str(error).rstrip('.')}. Call it in the folder "
@@ -61,8 +56,8 @@ def find_manager_sources(
             ) from error
         if paths is None:
             raise RecordError(
-                f"The managing system {name} has changed since the campaign was run, or it imports modules otherwise "
-                "than by import statements: restore its source, and call this again."
+                f"The managing system {name} has changed since the campaign was run: restore its source, and call this "
+                "again."
             )
         found = _named(manager, paths)
         folder = f"managers/{folder_name(name)}"
@@ -70,14 +65,6 @@ def find_manager_sources(
         places[name] = ManagerSources(files=tuple(own), load=_load(manager, found, folder), folder=folder)
         files |= own
     return places, files, lacking
-
-
-def _paths(manager: str, known: str) -> list[Path] | None:
-    """Return the files of a managing system that have the known checksum; None if none have. Its code is not run."""
-    candidates = written_files(manager)
-    if is_registered(manager) or manager in MANAGERS:
-        candidates = iter([manager_sources(manager, load_manager(manager))])
-    return next((list(paths) for paths in candidates if checksum(manager, paths) == known), None)
 
 
 def _named(manager: str, paths: list[Path]) -> dict[str, Path | bytes]:
@@ -88,9 +75,9 @@ def _named(manager: str, paths: list[Path]) -> dict[str, Path | bytes]:
         root = _root([*paths, *(path / "inside" for path in named if path.is_dir())], "")
     else:
         root = _root(paths, "" if where.endswith(".py") else where.partition(".")[0])
+    arguments = b"".join(partial_arguments(manager))
     parts: dict[str, Path | bytes] = {path.relative_to(root).as_posix(): path for path in paths}
-    others = (unfiled_sources(manager) or []) if is_registered(manager) else []
-    return parts | {f"unfiled-{number}.py": text for number, text in enumerate(others, 1)}
+    return parts | dict.fromkeys([_ARGUMENTS] if arguments else (), arguments)
 
 
 def _load(manager: str, parts: Mapping[str, Path | bytes], folder: str) -> str:
@@ -177,7 +164,7 @@ def _fits(name: str, manager: str, place: ManagerSources) -> bool:
     What was passed as a class is loaded as nothing. The order of the files is that of which the checksum is made.
     """
     folder = f"managers/{folder_name(name)}"
-    parts = [PurePosixPath(file) for file in place.files if not _UNFILED.fullmatch(PurePosixPath(file).name)]
+    parts = [PurePosixPath(file) for file in place.files if PurePosixPath(file).name != _ARGUMENTS]
     inside = all(file.startswith(f"{folder}/") for file in place.files) and place.folder == folder
     ordered = parts == sorted(set(parts))
     where, _, kind = manager.rpartition(":")

@@ -1,4 +1,4 @@
-"""Managing systems: the base class to write one, what it sees, and those that come with SUNSET."""
+"""Managing systems: the base class, the symptoms, and the managing systems that come with SUNSET."""
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
@@ -14,11 +14,9 @@ from sunset.managing.oracle import ORACLE, Oracle
 from sunset.managing.program import Program
 from sunset.managing.random_adaptation import RandomAdaptation
 from sunset.managing.reactive import Reactive
-from sunset.managing.requesting import request
 from sunset.managing.sources import checksum, sources_digest
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
-from sunset.managing.waits import Waits
-from sunset.managing.wiring import Wiring
+from sunset.managing.tools import Waits, Wiring, request
 from sunset.system.vocabulary import described_faults
 
 __all__ = [

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from types import ModuleType
-from typing import Final, NamedTuple, Self, cast
+from typing import Any, Final, NamedTuple, Self, cast
 
 from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
@@ -149,7 +149,7 @@ def _class_of_factory(name: str, make: Callable[..., ManagingSystem]) -> type[Ma
     return Made
 
 
-def _files_by_part(origin: Callable[..., ManagingSystem]) -> dict[Callable[..., ManagingSystem], Path]:
+def _files_by_part(origin: object) -> dict[object, Path]:
     """Return the file of a class or function and of each base class; empty if one of them has no file."""
     bases = origin.__mro__[1:] if isinstance(origin, type) else ()
     parts = [origin, *(base for base in bases if base.__module__.partition(".")[0] not in _KNOWN)]
@@ -157,7 +157,7 @@ def _files_by_part(origin: Callable[..., ManagingSystem]) -> dict[Callable[..., 
     return files if len(files) == len(parts) else {}
 
 
-def _source_file(part: Callable[..., ManagingSystem]) -> Path | None:
+def _source_file(part: Any) -> Path | None:
     """Return the file of a class or function; None if a notebook, a console or another function defines it."""
     if "<" in getattr(part, "__qualname__", "<object>"):  # such as make.<locals>.Mine
         return None

@@ -40,7 +40,7 @@ def source_files(spec: str) -> tuple[Path, ...]:
     - `FILE.py:Class`: the file, the modules beside it that import statements reach, and the data that it declares;
     - `module:Class`: all files of the package, and the data;
     - `exec:COMMAND`: the files that the command names;
-    - a class or function that was passed: its file and those of its base classes; none if one of them has no file.
+    - a class or function that was passed: its file and the files of its base classes; empty if a class has no file.
 
     Raises:
         ManagerError: a file is missing, or not Python.
@@ -73,7 +73,7 @@ def partial_arguments(spec: str) -> tuple[bytes, ...]:
 def manager_code(spec: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     """Return the folders in which a managing system's modules are looked up, and all Python files in them.
 
-    The folders are the folder of its file or package, and those of `sys.path` without installed packages.
+    The folders are the folder of its file or package, and folders of `sys.path` without installed packages.
     """
     file, where = _own_file(spec), spec.rpartition(":")[0]
     folders = [Path(entry).resolve() for entry in sys.path if entry]

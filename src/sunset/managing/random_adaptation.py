@@ -4,8 +4,7 @@ from typing import Final, cast
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.thresholds import Thresholds
-from sunset.managing.tools import request
+from sunset.managing.tools import Thresholds, request
 from sunset.seeding import generator
 from sunset.system.vocabulary import Adaptation, Failure, described_failures, described_faults
 

@@ -6,8 +6,7 @@ from typing import Final
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.thresholds import Thresholds
-from sunset.managing.tools import Waits, Wiring
+from sunset.managing.tools import Thresholds, Waits, Wiring
 from sunset.system.vocabulary import described_failures, described_faults, full_name
 
 _RESTART_S: Final = 0.5

@@ -6,8 +6,7 @@ from typing import Final
 from sunset.managing.base import ManagingSystem
 from sunset.managing.configuration import Configuration, settings_without, view_setting
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.thresholds import Thresholds
-from sunset.managing.tools import Wiring
+from sunset.managing.tools import Thresholds, Wiring
 from sunset.system.vocabulary import (
     Failure,
     Fault,

@@ -13,7 +13,7 @@ from sunset.evaluation.figure_frame import COLUMN_IN, PAGE_IN, SETTINGS
 from sunset.figures import BLUE, GREY, ORANGE, check_figure, drawing, save_figure
 from sunset.metrics import ExecutedAdaptation, Samples, Timeline
 from sunset.names import base_name
-from sunset.system import WINDOW, MovingMean, current_system, full_name
+from sunset.system import WINDOW, MovingMean, full_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -122,14 +122,20 @@ def _with_gaps(
 
 
 def outage_figure(
-    timeline: Timeline, executed: Sequence[ExecutedAdaptation], path: Path, *, title: str = ""
+    timeline: Timeline,
+    executed: Sequence[ExecutedAdaptation],
+    path: Path,
+    *,
+    topics: Sequence[str],
+    title: str = "",
 ) -> None:
-    """Draw each message on the topics whose silence is a failure, and the adaptations, from 1 s before the injection.
+    """Draw each message on some topics, and the adaptations, from 1 s before the injection.
 
     Args:
         timeline: of a run.
         executed: its adaptations.
         path: a `.pdf`, `.png` or `.svg`, in a folder that may be new.
+        topics: the topics whose silence is a failure.
         title: above the figure.
 
     Raises:
@@ -141,14 +147,15 @@ def outage_figure(
     with drawing({"font.size": 8}) as new_figure:
         figure = new_figure(figsize=(7.2, 2.5), dpi=140, layout="constrained")
         axes = figure.subplots()
-        _draw_outage(axes, timeline, executed)
+        _draw_outage(axes, timeline, executed, topics)
         figure.suptitle(title, fontsize=8, x=0.01, ha="left")
     with drawing():
         save_figure(figure, path)
 
 
-def _draw_outage(axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptation]) -> None:
-    topics = [failure.topic for failure in current_system().failures.values() if failure.topic]
+def _draw_outage(
+    axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptation], topics: Sequence[str]
+) -> None:
     for row, topic in enumerate(topics):
         sent = timeline.message_times.get(full_name(topic), np.empty(0))
         axes.eventplot(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
-from msgspec import UNSET, to_builtins
+from msgspec import to_builtins
 
 from sunset.errors import RecordError
 from sunset.evaluation.intervals import Cluster
@@ -21,7 +21,7 @@ from sunset.recording import (
     read_timeline,
     stored_figures,
 )
-from sunset.system import DURATION_S, REPAIR, degradations_of, suite_size
+from sunset.system import DURATION_S, REPAIR
 from sunset.workers import Progress
 
 FIGURES: Final = RunMetrics.names()
@@ -269,8 +269,8 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         task=run.task,
         thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
-        alike=degradations_of(fault.name for fault in run.faults) if run.alike is UNSET else run.alike,
-        suite_size=suite_size(run.suite, run.scenario) if run.suite_size is UNSET else run.suite_size,
+        alike=run.alike or "",
+        suite_size=run.suite_size or 0,
         failed=run.manager_failed or "",
         missing_walls=run.missing_walls or (),
         warning=run.flight_warning or "",

@@ -148,33 +148,31 @@ def _imported_names(file: Path, root: Path) -> Iterator[str]:
             yield from (".".join([*base, alias.name]) for alias in node.names)
 
 
-def _declared_names(file: Path, name: str) -> Iterator[str]:
-    """Yield the names that the class `name` declares in `files`."""
+def _declared_names(file: Path, name: str) -> list[str]:
+    """Return the names that the class `name` of a file declares in `files`."""
     try:
         tree = ast.parse(file.read_bytes())
     except (OSError, SyntaxError, ValueError):  # loading it reports that
-        return
+        return []
     classes = [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name]
     for statement in (statement for kind in classes for statement in kind.body):
-        if isinstance(statement, ast.AnnAssign):
-            targets: list[ast.expr] = [statement.target]
-        elif isinstance(statement, ast.Assign):
-            targets = statement.targets
-        else:
+        if not isinstance(statement, ast.Assign | ast.AnnAssign) or statement.value is None:
             continue
+        targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
         if any(isinstance(target, ast.Name) and target.id == "files" for target in targets):
-            yield from _literal_names(file, name, statement.value)
+            return _literal_names(file, name, statement.value)
+    return []
 
 
-def _literal_names(file: Path, name: str, value: ast.expr | None) -> list[str]:
+def _literal_names(file: Path, name: str, value: ast.expr) -> list[str]:
     try:
-        names = ast.literal_eval(value) if value is not None else ()
+        names = ast.literal_eval(value)
     except ValueError:
         names = None
     if not isinstance(names, tuple | list) or not all(isinstance(text, str) and text for text in names):
         raise ManagerError(
-            f"{file.name}, line {value.lineno if value else 0}: files of {name} must be a tuple of names, written out, "
-            f'such as files = ("weights.npz",), got {ast.unparse(value) if value else None}.'
+            f"{file.name}, line {value.lineno}: files of {name} must be a tuple of names, written out, such as "
+            f'files = ("weights.npz",), got {ast.unparse(value)}.'
         )
     return list(names)
 

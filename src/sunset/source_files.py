@@ -4,11 +4,9 @@ Python accepts a file's bytecode if size and modification time, in whole seconds
 within a second.
 """
 
-import ast
 import hashlib
 import importlib.util
 import inspect
-import linecache
 import os
 import sys
 import traceback
@@ -199,24 +197,6 @@ def functions_of(origin: object) -> list[FunctionType]:
         else:
             members.append(value.__func__ if isinstance(value, staticmethod | classmethod) else value)
     return [inspect.unwrap(member) for member in members if isinstance(member, FunctionType)]
-
-
-def class_texts(origin: object) -> list[bytes]:
-    """Return the source of a class that has no file, and that of its functions, which may be from elsewhere.
-
-    Raises:
-        OSError: Python does not have it.
-    """
-    functions = functions_of(origin)
-    texts = [inspect.getsource(function).encode() for function in functions]
-    for code in [function.__code__ for function in functions]:
-        lines = linecache.getlines(code.co_filename)
-        for node in ast.walk(ast.parse("".join(lines))):
-            if isinstance(node, ast.ClassDef) and node.name == getattr(origin, "__name__", ""):
-                first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
-                if first < code.co_firstlineno <= (node.end_lineno or 0):
-                    return ["".join(lines[first - 1 : node.end_lineno]).encode(), *texts]
-    raise OSError("there is no class around the functions")
 
 
 def is_edited(path: Path, origin: object = None) -> bool:

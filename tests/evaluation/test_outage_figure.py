@@ -10,8 +10,10 @@ THRESHOLDS = {"entropy_threshold": 0.1, "sharpness_threshold": 1.0}
 
 
 def test_a_topic_that_sent_nothing_at_all_is_silent_from_the_beginning(tmp_path: Path) -> None:
-    topics = ("rgb_camera", "sensors_fused", "segmentation")
-    outage_figure(Timeline(duration_s=3.0, thresholds=THRESHOLDS), (), topics, tmp_path / "silent.svg")
+    timeline = Timeline(duration_s=3.0, thresholds=THRESHOLDS)
+    topics = ["rgb_camera", "sensors_fused", "segmentation"]
 
-    told = re.findall(r"<!-- (.*?) -->", (tmp_path / "silent.svg").read_text(encoding="utf-8"))
-    assert told.count("4.0 s") == 3
+    outage_figure(timeline, (), tmp_path / "silent.svg", topics=topics)
+
+    texts = re.findall(r"<!-- (.*?) -->", (tmp_path / "silent.svg").read_text(encoding="utf-8"))
+    assert texts.count("4.0 s") == 3

@@ -381,9 +381,6 @@ import sunset.harness.manager_process
 from sunset.interfaces.std_msgs.msg import String
 from sunset.managing import ManagingSystem
 
-class Liar(ManagingSystem):
-    def adapt(self, symptoms): pass
-
 class Flooding(ManagingSystem):
     def on_start(self):
         self.out = self.create_publisher(String, "/rosout", 10)
@@ -420,22 +417,6 @@ class Chatting(ManagingSystem):
 def cheats(tmp_path: Path) -> Path:
     (tmp_path / "cheats.py").write_text(CHEATS, encoding="utf-8")
     return tmp_path / "cheats.py"
-
-
-@pytest.mark.parametrize(
-    ("told", "reason"),
-    [
-        ("(__file__, '/etc/passwd')", "/etc/passwd, which it cannot read"),
-        ("()", "another source file than .*lying.py"),
-    ],
-)
-def test_one_is_written_where_it_was_found_whatever_its_process_says(
-    told: str, reason: str, cheats: Path
-) -> None:
-    lie = f"\nsunset.harness.manager_process.manager_sources = lambda *_: {told}"
-    (cheats.parent / "lying.py").write_text(CHEATS + lie, encoding="utf-8")
-    with pytest.raises(ManagerError, match=reason):
-        manager_checksum(f"{cheats.parent / 'lying.py'}:Liar", Settings())
 
 
 @pytest.mark.parametrize(

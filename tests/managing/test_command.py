@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from sunset.errors import ManagerError
-from sunset.managing import checksum, load_manager, manager_sources, parse_command, split_label
+from sunset.managing import checksum, load_manager, parse_command, split_label
 from sunset.managing.program import Program
+from sunset.managing.sources import source_files
 
 
 @pytest.fixture
@@ -47,13 +48,13 @@ def test_words_are_those_of_a_shell_and_files_are_found_from_anywhere(folder: Pa
 def test_a_checksum_is_of_what_the_command_names(spec: str, files: list[str], folder: Path) -> None:
     made = load_manager(spec)
     assert issubclass(made, Program)
-    sources = manager_sources(spec, made)
+    sources = source_files(spec)
     assert sources == tuple(folder / file for file in files)
-    before = checksum(spec, sources)
+    before = checksum(spec)
     assert bool(before) == bool(files)
     if files:
         (folder / files[0]).write_text("#!/bin/sh\n# another one")
-        assert checksum(spec, sources) != before
+        assert checksum(spec) != before
 
 
 @pytest.mark.usefixtures("folder")

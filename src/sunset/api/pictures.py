@@ -66,7 +66,7 @@ def draw_fault_picture(name: str, file: Path, settings: Settings, frame: int | N
             run = experiments.run(spec, Path(folder) / "run")
         title = f"{fault.description}\nEach line is a message, each bar a silence. The managing system is reactive."
         topics = [failure.topic for failure in current_system().failures.values() if failure.topic]
-        outage_figure(run.timeline, run.metrics.executed, topics, file, title=title)
+        outage_figure(run.timeline, run.metrics.executed, file, topics=topics, title=title)
     else:
         raise InvalidInputError(
             f"There is nothing to draw of the fault {name}: it stops no messages, and no effect on images is known."

@@ -11,17 +11,13 @@ from sunset.errors import ManagerError, RecordError
 from sunset.experiments import campaign_managers
 from sunset.managing import (
     EXTERNAL,
-    MANAGERS,
     PREFIX,
     checksum,
     is_registered,
-    load_manager,
-    manager_sources,
     parse_command,
     sources_digest,
-    unfiled_sources,
 )
-from sunset.managing.files import written_files
+from sunset.managing.sources import partial_arguments, source_files
 from sunset.output_files import folder_name
 from sunset.recording import CampaignPlan
 from sunset.system import loaded_extensions
@@ -56,12 +52,9 @@ def find_manager_sources(plan: CampaignPlan) -> tuple[dict[str, ManagerSources],
 
 
 def _paths(name: str, manager: str, known: str) -> Sequence[Path]:
-    """Return the files of a managing system that have the known checksum, without running its code."""
+    """Return the files of a managing system that has the known checksum, without running its code."""
     try:
-        candidates = written_files(manager)
-        if is_registered(manager) or manager in MANAGERS:
-            candidates = iter([manager_sources(manager, load_manager(manager))])
-        paths = next((paths for paths in candidates if checksum(manager, paths) == known), None)
+        paths = list(source_files(manager)) if checksum(manager) == known else None
     except (ManagerError, OSError) as error:
         raise ManagerError(
             f"The source of the managing system {name} is needed: {str(error).rstrip('.')}. Call it in the folder "
@@ -69,8 +62,8 @@ def _paths(name: str, manager: str, known: str) -> Sequence[Path]:
         ) from error
     if paths is None:
         raise RecordError(
-            f"The managing system {name} has changed since the campaign was run, or it imports modules otherwise than "
-            "by import statements: restore its source, and call this again."
+            f"The managing system {name} has changed since the campaign was run: restore its source, and call this "
+            "again."
         )
     return paths
 
@@ -86,8 +79,8 @@ def _parts(manager: str, paths: Sequence[Path]) -> Files:
     inside = [folder for folder in (root, *root.parents) if package and folder.name == package]
     root = inside[0].parent if inside else root
     parts: Files = {path.relative_to(root).as_posix(): path for path in paths}
-    texts = (unfiled_sources(manager) or []) if is_registered(manager) else []
-    return parts | {f"unfiled-{number}.py": text for number, text in enumerate(texts, 1)}
+    arguments = b"".join(partial_arguments(manager))
+    return parts | dict.fromkeys(["arguments.txt"] if arguments else (), arguments)
 
 
 def _load(manager: str, parts: Mapping[str, Path | bytes], folder: str) -> str:

@@ -1,16 +1,22 @@
-"""From stored records to tables, figures and reports; nothing is run."""
+"""Tables, figures and reports of stored records; nothing is run."""
 
 from sunset.evaluation.agreement import Agreement, LeftOut, Pair, agrees, compare
 from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreement
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.figure_files import WrittenFigures, write_figures
-from sunset.evaluation.figures import entropy_figure
+from sunset.evaluation.figures import entropy_figure, outage_figure
 from sunset.evaluation.intervals import Cluster
-from sunset.evaluation.outage_figure import outage_figure
 from sunset.evaluation.paired import Difference, PairedComparison, compare_managers
-from sunset.evaluation.report import FORMATS, format_report, format_runs, render_report
+from sunset.evaluation.report import (
+    FORMATS,
+    RUNS_FORMATS,
+    format_report,
+    format_runs,
+    render_report,
+    render_runs,
+    run_fields,
+)
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
-from sunset.evaluation.runs import RUNS_FORMATS, render_runs, run_fields
 from sunset.evaluation.scores import ScoreRow, ScoreTable, score_tables
 from sunset.evaluation.site import index_page
 from sunset.evaluation.summary import SystemRow, summarise

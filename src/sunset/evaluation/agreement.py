@@ -1,4 +1,4 @@
-"""Whether live runs tell what the simulation tells: the same seeds run in both, compared in pairs."""
+"""The agreement of live runs with the simulation, from pairs of runs with the same seed."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -16,21 +16,17 @@ from sunset.texts import shorten
 from sunset.workers import Progress
 
 TOLERANCE: Final = 0.2
-"""By this share of the simulation's mean the live mean may differ."""
+"""The tolerance of the live mean, as a share of the simulation's mean."""
 
 TOLERANCE_S: Final = 0.5
-"""By so much it may differ where it is a time, whatever its share [s]."""
+"""The tolerance of times, whatever their share [s]."""
 
 _Key = tuple[str, str, str, int, str, str, Flight]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pair:
-    """One experiment, simulated and live, with the figures that were computed from the recorded messages.
-
-    Attributes:
-        alike: the degradations by which runs are clustered, as of `RunRow`.
-    """
+    """An experiment, simulated and live, with figures from the recorded messages; `alike` as of `RunRow`."""
 
     scenario: str
     seed: int
@@ -40,17 +36,20 @@ class Pair:
 
     @property
     def failures(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """The failures that had an episode, in the simulation and live: `F1` … `F5`, each once."""
-        sim, live = (tuple(sorted({one.failure for one in run.failures})) for run in (self.sim, self.live))
+        """The failures with an episode, in the simulation and live: `F1` … `F5`, each once."""
+        sim, live = (
+            tuple(sorted({episode.failure for episode in run.failures})) for run in (self.sim, self.live)
+        )
         return sim, live
 
     @property
     def adaptations(self) -> tuple[dict[str, int], dict[str, int]]:
-        """How often which adaptation was executed, in the simulation and live: `redeploy camera` → 1."""
+        """The counts of executed adaptations, in the simulation and live, such as `redeploy camera` → 1."""
         sim, live = (
-            Counter(f"{one.kind} {one.node}" for one in run.executed) for run in (self.sim, self.live)
+            Counter(sorted(f"{adaptation.kind} {adaptation.node}" for adaptation in run.executed))
+            for run in (self.sim, self.live)
         )
-        return dict(sorted(sim.items())), dict(sorted(live.items()))
+        return dict(sim), dict(live)
 
     @property
     def same_failures(self) -> bool:
@@ -60,14 +59,14 @@ class Pair:
 
     @property
     def same_adaptations(self) -> bool:
-        """Whether the same adaptations of the same nodes were executed, each as often, in whatever order."""
+        """Whether the same adaptations of the same nodes were executed, each as often, in any order."""
         sim, live = self.adaptations
         return sim == live
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """An experiment that is not compared; the reason says which of its runs does not count, and why."""
+    """An experiment that is not compared, and the reason."""
 
     scenario: str
     seed: int
@@ -75,10 +74,7 @@ class LeftOut:
 
 
 def agrees(compared: Difference) -> bool | None:
-    """Return whether the means, live and of the simulation, are as close as they shall be; None if there are none.
-
-    That is within `TOLERANCE` of the simulation's mean or, where the figure is a time, within `TOLERANCE_S`.
-    """
+    """Return whether the live mean is within the tolerances of the simulation's mean; None without means."""
     if compared.difference is None or compared.second is None:
         return False if compared.one_sided else None
     distance = abs(compared.difference.mean)
@@ -88,7 +84,7 @@ def agrees(compared: Difference) -> bool | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Agreement:
-    """What a managing system's pairs say together, with live − sim of each of `FIGURES`."""
+    """The pairs of a managing system, with the differences live − sim of each of `FIGURES`."""
 
     suite: str
     manager: str
@@ -100,13 +96,13 @@ class Agreement:
 
 
 def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[Agreement]:
-    """Return how well the runs below two folders agree, one row a suite, managing system, model and flight.
+    """Return the agreement of the runs below two folders, for each suite, managing system, model and flight.
 
-    Every figure is computed from the recorded messages. Runs are paired by scenario and seed. A pair of which a
-    run is missing or invalid takes part in no figure, and is listed.
+    Every figure is computed from the recorded messages. Runs are paired by scenario and seed. Pairs with a missing or
+    invalid run are left out, and listed.
 
     Raises:
-        RecordError: there is no such folder, no run in it, or one that is damaged.
+        RecordError: a folder is missing or without runs, or a run is damaged.
     """
     simulated, others = _runs(sim), _runs(live)
     keys = list(dict.fromkeys([*simulated, *others]))
@@ -114,15 +110,13 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
     for done, key in enumerate(keys, 1):
         suite, scenario, manager, seed, model, _, flight = key
         pairs, left_out = groups.setdefault((suite, manager, model, flight), ([], []))
-        one, other = simulated.get(key), others.get(key)
-        reason = _reason(one, other)
-        if reason or one is None or other is None:
+        pair = simulated.get(key), others.get(key)
+        if reason := _reason(*pair):
             left_out.append(LeftOut(scenario=scenario, seed=seed, reason=reason))
         else:
-            sim_figures, live_figures = (score(read_timeline(run.folder)) for run in (one, other))
-            pairs.append(
-                Pair(scenario=scenario, seed=seed, sim=sim_figures, live=live_figures, alike=one.alike)
-            )
+            sim_figures, live_figures = (score(read_timeline(run.folder)) for run in pair if run)
+            alike = simulated[key].alike
+            pairs.append(Pair(scenario=scenario, seed=seed, sim=sim_figures, live=live_figures, alike=alike))
         if progress is not None:
             progress(done, len(keys))
     return [
@@ -140,11 +134,7 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
 
 
 def _runs(folder: Path) -> dict[_Key, RunRow]:
-    """Return the runs below a folder by what makes two of them a pair.
-
-    Raises:
-        RecordError: as `load_results`; or two of them are the same experiment.
-    """
+    """Return the runs below a folder by experiment."""
     if not folder.is_dir():
         raise RecordError(f"There is no folder {folder}; 'sunset agree --out' makes one.")
     runs: dict[_Key, RunRow] = {}

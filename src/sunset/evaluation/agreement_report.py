@@ -1,4 +1,4 @@
-"""The agreement report in the format that is asked for."""
+"""The agreement report, as a table, CSV or JSON."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -31,7 +31,7 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
     """Return the agreement report in one of `AGREEMENT_FORMATS`; as CSV the figures only.
 
     Raises:
-        InvalidInputError: there is no such format.
+        InvalidInputError: the format is unknown.
     """
     match form:
         case "table":
@@ -47,13 +47,13 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
 
 
 def _notes(agreements: Sequence[Agreement]) -> tuple[str, ...]:
-    found = [compared.difference for agreement in agreements for compared in agreement.differences]
-    lacking = any(difference and difference.lacks_interval for difference in found)
+    estimates = [compared.difference for agreement in agreements for compared in agreement.differences]
+    lacking = any(estimate and estimate.lacks_interval for estimate in estimates)
     return (_METHOD, *((NO_INTERVAL,) if lacking else ()), _RULE)
 
 
 def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
-    """Give the lines of a managing system's part."""
+    """Yield the lines about a managing system."""
     pairs = agreement.pairs
     model = f"{agreement.model}{agreement.flight.label(bag=bag)}"
     yield (
@@ -81,7 +81,7 @@ def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
 
 
 def _differing(pairs: Sequence[Pair]) -> Iterator[str]:
-    """Give the lines about pairs that differ in their failures or adaptations."""
+    """Yield the lines about pairs that differ in their failures or adaptations."""
     differing = [pair for pair in pairs if not (pair.same_failures and pair.same_adaptations)]
     if differing:
         yield "Where they differ (sim → live):"
@@ -99,16 +99,16 @@ def _item(run: Pair | LeftOut, text: str) -> str:
 
 def _cells(compared: Difference) -> tuple[str, ...]:
     verdict = {True: "yes", False: "no", None: "N/A"}[agrees(compared)]
-    found = compared.difference
-    if found is None:
+    estimate = compared.difference
+    if estimate is None:
         return (compared.figure, "N/A", "N/A", "N/A", "", "0", verdict)
-    interval = "[{:+.3f}, {:+.3f}]".format(*found.interval) if found.interval else ""
-    means = (f"{compared.second:.3f}", f"{compared.first:.3f}", f"{found.mean:+.3f}")
+    interval = "[{:+.3f}, {:+.3f}]".format(*estimate.interval) if estimate.interval else ""
+    means = (f"{compared.second:.3f}", f"{compared.first:.3f}", f"{estimate.mean:+.3f}")
     return (compared.figure, *means, interval, str(compared.pairs), verdict)
 
 
 def _share(pairs: Sequence[Pair], verdicts: Sequence[bool]) -> str:
-    """Return in how many pairs, and in all pairs of how many scenarios, something holds."""
+    """Return in how many pairs, and in all pairs of how many scenarios, a condition holds."""
     every = {pair.scenario for pair in pairs}
     broken = {pair.scenario for pair, holds in zip(pairs, verdicts, strict=True) if not holds}
     return (
@@ -118,7 +118,7 @@ def _share(pairs: Sequence[Pair], verdicts: Sequence[bool]) -> str:
 
 
 def _changes(sim: dict[str, int], live: dict[str, int]) -> str:
-    """Return which adaptations were executed more or less often live."""
+    """Return the adaptations that were executed more or less often live."""
     names = sorted(sim | live)
     counts = [(name, sim.get(name, 0), live.get(name, 0)) for name in names]
     return ", ".join(f"{name} {before} → {after}" for name, before, after in counts if before != after)
@@ -169,7 +169,6 @@ def _json_pair(pair: Pair) -> dict[str, object]:
 
 
 def _as_csv(agreements: Sequence[Agreement]) -> str:
-    """Return one line a figure; a cell is empty where there is nothing to compare."""
     head = ("manager", "suite", "model", "duration_s", "bag_looped", "flight", "bag_checksum")
     rows: list[tuple[object, ...]] = [
         (*head, "figure", "sim", "live", "difference", "ci_low", "ci_high", "pairs", "one_sided", "agrees")
@@ -177,8 +176,8 @@ def _as_csv(agreements: Sequence[Agreement]) -> str:
     for agreement in agreements:
         group = (agreement.manager, agreement.suite, agreement.model, *agreement.flight.to_json().values())
         for compared in agreement.differences:
-            found = compared.difference
-            numbers = (found.mean, found.low, found.high) if found else (None,) * 3
+            estimate = compared.difference
+            numbers = (estimate.mean, estimate.low, estimate.high) if estimate else (None,) * 3
             counts = (compared.pairs, compared.one_sided, agrees(compared))
             rows.append((*group, compared.figure, compared.second, compared.first, *numbers, *counts))
     return csv_text(rows)

@@ -1,4 +1,4 @@
-"""What a report is made of before it has a format: tables of cells, and notes."""
+"""A report before it has a format: tables of cells, and notes."""
 
 from collections.abc import Callable
 from typing import Final, NamedTuple
@@ -10,7 +10,7 @@ PAPER_LABEL: Final = "tab:sunset"
 
 
 class Quantity(NamedTuple):
-    """A mean and, where there is one, a standard deviation or a confidence interval."""
+    """A mean with a standard deviation, a confidence interval, or neither."""
 
     mean: float
     std: float | None = None
@@ -18,7 +18,7 @@ class Quantity(NamedTuple):
 
 
 Cell = Quantity | str | None
-"""What stands in a cell; None is N/A."""
+"""The content of a cell; None is N/A."""
 
 
 def plain(cell: Cell) -> str:
@@ -37,18 +37,18 @@ def plain(cell: Cell) -> str:
     return cell
 
 
-def deviation_cell(found: Estimate | None) -> Cell:
+def deviation_cell(estimate: Estimate | None) -> Cell:
     """Return a figure's mean and standard deviation."""
-    return None if found is None else Quantity(found.mean, found.std)
+    return None if estimate is None else Quantity(estimate.mean, estimate.std)
 
 
-def interval_cell(found: Estimate | None) -> Cell:
+def interval_cell(estimate: Estimate | None) -> Cell:
     """Return a figure's mean and confidence interval."""
-    return None if found is None else Quantity(found.mean, interval=found.interval)
+    return None if estimate is None else Quantity(estimate.mean, interval=estimate.interval)
 
 
 class Column(NamedTuple):
-    """A figure's column: its heading, in which `_` stands before an index, and what it says."""
+    """A figure's column: its heading, in which `_` stands before an index, and its meaning."""
 
     text: str
     meaning: str
@@ -60,7 +60,7 @@ NEEDLESS: Final = Column("needless ↓", "adaptations of a run that are no step 
 
 
 class Line(NamedTuple):
-    """One line of a table; an empty `runs` where it makes no sense to give a number."""
+    """A line of a table; `runs` is empty where a number makes no sense."""
 
     label: str
     runs: str
@@ -81,12 +81,12 @@ class Block(NamedTuple):
         return ["system", "runs", *(column.text for column in self.columns)]
 
     def rows(self, shown: Callable[[Cell], str] = plain) -> list[list[str]]:
-        """Return the texts of all lines, of which `shown` makes those of cells."""
+        """Return the texts of all lines, with cells as `shown` returns them."""
         return [[line.label, line.runs, *map(shown, line.cells)] for line in self.lines]
 
 
 class Report(NamedTuple):
-    """All that a report says, in any format: tables, none of them empty, and the notes beneath."""
+    """The content of a report in any format: tables with lines, and notes."""
 
     blocks: tuple[Block, ...]
     notes: tuple[str, ...]

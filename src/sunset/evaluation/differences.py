@@ -1,4 +1,4 @@
-"""How managing systems differ, in the runs that both have: how much, how surely, and what it takes to tell."""
+"""Differences between managing systems in their common runs: size, p, and the runs needed to detect them."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -13,30 +13,29 @@ DIFFERENCE_METHOD: Final = (
     "Pairs won: the share of pairs in which the first has more utility, ties by half. p: of the difference in utility, "
     "adjusted after Holm for all pairs of managing systems; intervals are not adjusted."
 )
-"""How differences come about, in words."""
+"""The method of differences, in words."""
 
 Experiment: TypeAlias = tuple[object, ...]
-"""What makes runs of two managing systems a pair: `RunRow.experiment`."""
+"""`RunRow.experiment`, which the runs of a pair have in common."""
 
 Figures: TypeAlias = Mapping[Experiment, float]
-"""A figure of one managing system's runs, or of pairs of runs."""
+"""A figure of a managing system's runs, or of pairs of runs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManagerDifference:
-    """What tells two managing systems apart.
+    """The difference between two managing systems; figures are None where they are not applicable.
 
     Attributes:
         first: a row's name.
-        second: another's.
-        pairs: how many runs both have.
-        score: by how much the score of the first is above that of the second; None where there is no score.
-        utility: likewise of utility; None where there is no pair.
-        pairs_won: the share of pairs in which the first has more utility, ties by half; None likewise.
-        p_holm: of the difference in utility, adjusted after Holm; None where it has no interval.
-        detectable: the difference in utility that such campaigns detect with a power of `POWER`; None likewise.
-        runs_needed: how many runs of each detect `DIFFERENCE` so; None where no number of repetitions does, or there
-            is no interval.
+        second: another row's name.
+        pairs: the number of common runs.
+        score: the first's score less the second's.
+        utility: the first's utility less the second's.
+        pairs_won: the share of pairs in which the first has more utility, ties by half.
+        p_holm: of the difference in utility, adjusted after Holm.
+        detectable: the difference in utility that such campaigns detect with a power of `POWER`.
+        runs_needed: the runs of each that detect `DIFFERENCE` with that power.
     """
 
     first: str
@@ -63,26 +62,28 @@ def differences(
     clusters: Mapping[Experiment, Cluster],
     pairs: Iterable[tuple[str, str]],
 ) -> tuple[ManagerDifference, ...]:
-    """Return how managing systems differ, pair by pair.
+    """Return the differences between pairs of managing systems.
 
     Args:
-        systems: utility of their runs, by name.
-        gains: what repairing can win, where that is enough for a score.
-        clusters: what each run has in common with others.
-        pairs: the names of those that are compared.
+        systems: name → utility of the runs.
+        gains: the gain of repairing in each run that counts for the score.
+        clusters: of each run.
+        pairs: the names to compare.
     """
-    found = [_difference(*pair, systems, gains, clusters) for pair in pairs]
-    estimates = [one.utility for one in found]
-    p_values = [one.spread.p_value(one.mean) if one and one.spread else None for one in estimates]
+    compared = [_difference(*pair, systems, gains, clusters) for pair in pairs]
+    utilities = [difference.utility for difference in compared]
+    p_values = [
+        utility.spread.p_value(utility.mean) if utility and utility.spread else None for utility in utilities
+    ]
     adjusted = iter(holm([p for p in p_values if p is not None]))
     return tuple(
         difference if p is None else replace(difference, p_holm=next(adjusted))
-        for difference, p in zip(found, p_values, strict=True)
+        for difference, p in zip(compared, p_values, strict=True)
     )
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """Return p-values as they must be read where so many are: adjusted after Holm.
+    """Return p-values adjusted for their number after Holm.
 
     Source: Holm, A simple sequentially rejective multiple test procedure, Scandinavian Journal of Statistics 6 (1979).
 
@@ -98,10 +99,10 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def pairs_won(leads: Sequence[float]) -> float:
-    """Return the share of pairs in which the first has more than the second, ties by half.
+    """Return the share of pairs in which the first leads, ties by half.
 
     Args:
-        leads: by how much the first has more, of each pair; at least one.
+        leads: the first's lead in each pair; at least one.
 
     >>> pairs_won([0.25, -0.5, 0.0, 0.5])
     0.625
@@ -116,7 +117,7 @@ def _difference(
     gains: Figures,
     clusters: Mapping[Experiment, Cluster],
 ) -> ManagerDifference:
-    """Return what tells two managing systems apart, all but p."""
+    """Return the difference between two managing systems without p."""
     ours, theirs = systems[first], systems[second]
     leads = {key: ours[key] - theirs[key] for key in ours if key in theirs}
     scored = [key for key in leads if key in gains]

@@ -1,4 +1,4 @@
-"""What several runs say together: mean, standard deviation and confidence interval."""
+"""Figures of several runs: mean, standard deviation and confidence interval."""
 
 import math
 import statistics
@@ -15,13 +15,13 @@ INTERVALS: Final = (
     "flight, and of the same seed are correlated; without degradations, those with the same failures. Where at least "
     f"{LEAST_LEVELS} degradations or flights were run, the interval holds for others, too; else for these only."
 )
-"""What stands beneath tables with such figures."""
+"""Notes for tables with deviations and intervals."""
 
 NO_INTERVAL: Final = (
     f"Figures of fewer than {LEAST_LEVELS} seeds have no confidence interval: nothing says how much repetitions "
     "differ. A seed with less than half as many runs as another does not count."
 )
-"""What stands beneath a table in which there are such."""
+"""A note for tables with such figures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,11 +30,11 @@ class Estimate:
 
     Attributes:
         mean: over the runs that have the figure.
-        std: their sample standard deviation (division by n - 1); None of a single run, and of a ratio.
-        low: lower end of the mean's 95 % confidence interval; None of fewer than three seeds.
+        std: their sample standard deviation (division by n - 1); None for a single run or a ratio.
+        low: lower end of the mean's 95 % confidence interval; None for fewer than three seeds.
         high: its upper end.
-        runs: how many have the figure.
-        spread: what the interval was made of; None where there is none.
+        runs: the number of runs that have the figure.
+        spread: the variances behind the interval; None without an interval.
     """
 
     mean: float
@@ -46,16 +46,16 @@ class Estimate:
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """The ends of the interval, if there is one."""
+        """The ends of the interval, or None."""
         return None if self.low is None or self.high is None else (self.low, self.high)
 
     @property
     def lacks_interval(self) -> bool:
-        """Whether there are several runs, but too few seeds for an interval."""
+        """Whether several runs have too few seeds for an interval."""
         return self.runs > 1 and self.low is None
 
-    def within(self, least: float, most: float) -> "Estimate":
-        """Return it with an interval that ends where the figure can be no less, or no more."""
+    def limited(self, least: float, most: float) -> "Estimate":
+        """Return it with an interval within the limits of the figure."""
         if self.low is None or self.high is None:
             return self
         return replace(self, low=max(self.low, least), high=min(self.high, most))
@@ -66,17 +66,11 @@ class Estimate:
 
 
 def estimate(values: Sequence[float | None], clusters: Sequence[Cluster]) -> Estimate | None:
-    """Return the mean of the values that are there, and how sure it is; None if there is no value.
-
-    The interval is that of `intervals`: runs of the same degradations, flight or seed are alike. There is none for
-    fewer than three seeds.
+    """Return the mean of the values that are not None, with its interval; None without a value.
 
     Args:
-        values: one a run; None where the run has none.
-        clusters: of the same length, what each run has in common with others.
-
-    Raises:
-        ValueError: the lengths differ.
+        values: of each run.
+        clusters: of each run.
 
     >>> estimate([1.0, None], [Cluster("noise", "town", 1)] * 2)
     Estimate(mean=1.0, std=None, low=None, high=None, runs=1)
@@ -84,18 +78,18 @@ def estimate(values: Sequence[float | None], clusters: Sequence[Cluster]) -> Est
     known = [(value, cluster) for value, cluster in zip(values, clusters, strict=True) if value is not None]
     if not known:
         return None
-    found = [value for value, _ in known]
-    deviation = statistics.stdev(found) if len(found) > 1 else None
-    return _estimate(found, [1.0] * len(found), [cluster for _, cluster in known], deviation)
+    tops = [value for value, _ in known]
+    deviation = statistics.stdev(tops) if len(tops) > 1 else None
+    return _estimate(tops, [1.0] * len(tops), [cluster for _, cluster in known], deviation)
 
 
 def estimate_ratio(tops: Sequence[float], bottoms: Sequence[float], clusters: Sequence[Cluster]) -> Estimate:
-    """Return the mean of the tops over the mean of the bottoms, which is above 0, and how sure it is.
+    """Return the mean of the tops over the mean of the bottoms, which is above 0, with its interval.
 
     Args:
-        tops: one a run, of at least one.
-        bottoms: of the same length.
-        clusters: likewise, as of `estimate`.
+        tops: of each run; at least one.
+        bottoms: of each run.
+        clusters: of each run.
     """
     return _estimate(tops, bottoms, clusters, None)
 
@@ -104,8 +98,8 @@ def _estimate(
     tops: Sequence[float], bottoms: Sequence[float], clusters: Sequence[Cluster], std: float | None
 ) -> Estimate:
     figure = math.fsum(tops) / math.fsum(bottoms)
-    found = spread(tops, bottoms, clusters)
-    if found is None:
+    variances = spread(tops, bottoms, clusters)
+    if variances is None:
         return Estimate(figure, std, None, None, len(tops))
-    half = found.half_width
-    return Estimate(figure, std, figure - half, figure + half, len(tops), found)
+    half = variances.half_width
+    return Estimate(figure, std, figure - half, figure + half, len(tops), variances)

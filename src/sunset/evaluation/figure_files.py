@@ -1,4 +1,4 @@
-"""The figures of a report as a part of its page, and as files."""
+"""The figures of a report in its page and as files."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,10 +23,10 @@ class WrittenFigures:
     """The figures of a report, in a folder.
 
     Attributes:
-        folder: where they are.
-        figures: what they show; each has a file NAME.csv with its data.
-        drawn: the names of those that have files NAME.pdf, NAME.svg and NAME.png, too.
-        missing: what is not shown and why, a sentence each.
+        folder: the folder.
+        figures: their names; each has a file NAME.csv with its data.
+        drawn: the names of figures with files NAME.pdf, NAME.svg and NAME.png.
+        missing: sentences about parts that are not drawn.
     """
 
     folder: Path
@@ -35,18 +35,13 @@ class WrittenFigures:
     missing: tuple[str, ...]
 
     def __str__(self) -> str:
-        """Return what was written, in sentences."""
+        """Return a summary in sentences."""
         drawn = f"{len(self.drawn)} of {counted(len(self.figures), 'figure')} drawn"
         return "\n".join([f"{drawn}, and the data of all: {self.folder}.", *self.missing])
 
 
 def figures_as_html(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> str:
-    """Return the figures of a report as a part of its page, each with its data.
-
-    Args:
-        runs: all of them.
-        tables: their scores.
-    """
+    """Return the figures of a report as a part of its page, each with its data."""
     lacking = "" if can_draw() else f"<p>{escape(NEEDS_MATPLOTLIB)}</p>"
     return "\n".join(
         ["<h2>Figures</h2>", lacking, *(each.as_html() for each in report_figures(runs, tables))]
@@ -59,14 +54,14 @@ def write_figures(
     """Write the figures of a report, each as PDF, SVG, PNG and its data as CSV, and their captions as text.
 
     Args:
-        folder: of one run, of a campaign, or of several.
+        folder: of a run, of a campaign, or of several campaigns.
         out: the new folder, which must not exist, or be empty.
-        recompute: compute every number from the recorded messages instead of reading the stored ones.
+        recompute: compute every number from the recorded messages instead of reading it.
         progress: called with (runs that are read, runs in all).
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        RecordError: there is no run, or one is damaged.
+        RecordError: the folder is without runs, or a run is damaged.
         OutputError: the folder exists and is not empty, or cannot be written.
     """
     if not can_draw():

@@ -1,4 +1,4 @@
-"""What the figures of a report share: their size, their panels and legend, and how they are written."""
+"""The frame of a report's figures: size, panels, legend, and files."""
 
 import io
 import re
@@ -25,7 +25,7 @@ PAGE_IN: Final = 7.0
 HEIGHT_IN: Final = 9.0
 """The greatest height of a figure [in]."""
 SOFT: Final = "#666666"
-"""The colour of what stands beside the data."""
+"""The colour of axes and guides."""
 GRID: Final = "#cccccc"
 SETTINGS: Final = {
     "font.size": 8,
@@ -43,12 +43,12 @@ SETTINGS: Final = {
     "grid.color": GRID,
     "grid.linewidth": 0.5,
 }
-"""How figures differ from matplotlib's defaults."""
+"""The settings of matplotlib."""
 
 _ON_PAGE: Final = {INK: "currentColor", SOFT: "var(--soft)", GRID: "var(--line)", PAPER: "var(--paper)"}
-"""Colours for which a page has its own, in the light and in the dark."""
+"""Colours that a page replaces with its own, light or dark."""
 _LONGEST: Final = 24
-"""How many characters a name has at most."""
+"""The longest name, in characters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,12 +57,12 @@ class ReportFigure:
 
     Attributes:
         name: of its files.
-        title: above it in a page.
-        caption: how it is read, in sentences.
+        title: its heading in a page.
+        caption: its explanation, in sentences.
         head: the names of the columns of its data.
         lines: its data.
-        picture: of matplotlib; None if there is nothing to draw.
-        missing: what is not shown and why, a sentence each.
+        picture: of matplotlib; None without data to draw.
+        missing: sentences about parts that are not drawn.
     """
 
     name: str
@@ -78,17 +78,13 @@ class ReportFigure:
         return csv_text([self.head, *self.lines])
 
     def save(self, path: Path) -> None:
-        """Write the picture to a `.pdf`, `.png` or `.svg`, which is replaced; its folder must be there.
-
-        Raises:
-            OutputError: the file cannot be written.
-        """
+        """Write the picture to a `.pdf`, `.png` or `.svg` in an existing folder."""
         if self.picture is not None:
             with report_drawing():
                 save_figure(self.picture, path, make_folder=False)
 
     def as_html(self) -> str:
-        """Return it as a part of a page, which has the colours `--paper`, `--soft` and `--line`, with its data."""
+        """Return it with its data for a page, which has the colours `--paper`, `--soft` and `--line`."""
         texts = [f"<h3>{escape(self.title)}</h3>", f"<p>{escape(printable(self.caption))}</p>"]
         texts += [f'<p class="missing">{escape(printable(text))}</p>' for text in self.missing]
         picture = "" if self.picture is None else f'<div class="scroll">{self._svg(self.picture)}</div>\n'
@@ -104,8 +100,8 @@ class ReportFigure:
             picture.savefig(out, format="svg", transparent=True, metadata={"Date": None})
         text = out.getvalue()
         text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
-        text = re.sub(r'<g id="[^"]*"', "<g", text)  # other figures of the page have the same
-        text = re.sub("|".join(_ON_PAGE), lambda found: _ON_PAGE[found.group()], text)
+        text = re.sub(r'<g id="[^"]*"', "<g", text)  # ids would repeat within the page
+        text = re.sub("|".join(_ON_PAGE), lambda match: _ON_PAGE[match.group()], text)
         width = "page" if picture.get_figwidth() > COLUMN_IN else "column"
         return text.replace(
             "<svg", f'<svg class="{width}" role="img" aria-label="{escape(self.title)}"', 1
@@ -114,7 +110,7 @@ class ReportFigure:
 
 @contextmanager
 def report_drawing(settings: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Let matplotlib draw as in a report, with further settings."""
+    """Let matplotlib draw in the style of a report, with further settings."""
     with drawing({**SETTINGS, **(settings or {})}), warnings.catch_warnings():
         # names of managing systems may have letters that the font lacks; a page has its own font
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
@@ -124,13 +120,13 @@ def report_drawing(settings: Mapping[str, Any] | None = None) -> Iterator[None]:
 def panels(
     count: int, most_columns: int, height: float, *, sharey: bool = True
 ) -> tuple["Figure", list["Axes"]]:
-    """Return a figure of so many panels, and these.
+    """Return a figure and its panels, which share their horizontal scale.
 
     Args:
-        count: of the panels.
-        most_columns: how many of them are beside one another at most.
-        height: of each [in].
-        sharey: whether all have the same vertical scale, as they have the same horizontal one.
+        count: the number of panels.
+        most_columns: the largest number of panels in a row.
+        height: of each panel [in].
+        sharey: whether they share their vertical scale, too.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
 
@@ -146,16 +142,16 @@ def panels(
 
 
 def add_legend(figure: "Figure", handles: Iterable[Any]) -> None:
-    """Put a legend below a figure, which becomes higher by it."""
-    found = list(handles)
-    width = 0.6 + 0.07 * max(len(handle.get_label()) for handle in found)
-    columns = max(1, min(len(found), int(figure.get_figwidth() / width)))
-    figure.set_figheight(min(HEIGHT_IN, figure.get_figheight() + 0.05 + 0.17 * ceil(len(found) / columns)))
-    figure.legend(handles=found, loc="outside lower center", ncols=columns, frameon=False, handlelength=3)
+    """Put a legend below a figure, and increase its height."""
+    entries = list(handles)
+    width = 0.6 + 0.07 * max(len(handle.get_label()) for handle in entries)
+    columns = max(1, min(len(entries), int(figure.get_figwidth() / width)))
+    figure.set_figheight(min(HEIGHT_IN, figure.get_figheight() + 0.05 + 0.17 * ceil(len(entries) / columns)))
+    figure.legend(handles=entries, loc="outside lower center", ncols=columns, frameon=False, handlelength=3)
 
 
 def short_name(text: str, longest: int = _LONGEST) -> str:
-    """Return a name as it stands in a figure: without its middle, if it is long.
+    """Return a name for a figure, without its middle if it is long.
 
     >>> short_name("a-managing-system-with-a-long-name")
     'a-managing-s…a-long-name'

@@ -1,4 +1,4 @@
-"""The runs of a report as its figures show them, by suite and managing system."""
+"""The runs of a report for its figures, by suite and managing system."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,11 +18,11 @@ _FIRST_SUITES: Final = ("timed", "", "test", "wild", "paper")
 """The suites that figures show first."""
 
 Fault = tuple[str, str]
-"""The failure that a fault shows as, and its name."""
+"""The failure of a fault, and its name."""
 
 
 class Suite(NamedTuple):
-    """A suite with one duration, and its scores if there are any."""
+    """A suite with a duration, and its scores, if any."""
 
     name: str
     title: str
@@ -31,16 +31,16 @@ class Suite(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setup:
-    """Runs that can stand side by side: of one model, middleware, thinking time and version of SUNSET.
+    """Comparable runs: of the same model, middleware, thinking time and version of SUNSET.
 
     Attributes:
-        common: what all of them have in common, in a sentence.
+        common: their common properties, in a sentence.
         suites: their suites, in the order of figures.
         systems: the valid runs of all suites, in the order of `in_order`.
-        scored: all runs, since invalid ones count for scores, too.
+        scored: all runs, since invalid runs count for scores, too.
         managers: name of a row of `Suite.table` → name of its managing system.
-        looks: how the managing systems are drawn.
-        remarks: what a reader must know of the runs, a sentence each.
+        looks: the style of each managing system.
+        remarks: sentences about the runs.
     """
 
     common: str
@@ -53,7 +53,7 @@ class Setup:
 
 
 def scores_of(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estimate | None]]]]:
-    """Give the suite, flight and heading of a group, and its scores by managing system."""
+    """Yield the suite, flight and heading of a group, and its scores by managing system."""
     for suite in setup.suites:
         rows = suite.table.rows if suite.table else ()
         yield (
@@ -72,21 +72,16 @@ def scores_of(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Est
 
 
 def outcomes_of(setup: Setup) -> dict[tuple[Fault, str], list[FaultOutcome]]:
-    """Return what became of the faults: (fault, managing system) → outcomes."""
-    found: dict[tuple[Fault, str], list[FaultOutcome]] = {}
+    """Return (fault, managing system) → outcomes."""
+    outcomes: dict[tuple[Fault, str], list[FaultOutcome]] = {}
     for name, runs in setup.systems.items():
         for outcome in (outcome for run in runs for outcome in run.outcomes):
-            found.setdefault(((outcome.failure, outcome.fault), name), []).append(outcome)
-    return found
+            outcomes.setdefault(((outcome.failure, outcome.fault), name), []).append(outcome)
+    return outcomes
 
 
 def setup_of(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> Setup:
-    """Return the runs of the setup that has the most.
-
-    Args:
-        runs: all of them.
-        tables: their scores.
-    """
+    """Return the setup with the most runs, with their scores from `tables`."""
     names = manager_names({run.manager for run in runs})
     facts = Counter(map(_facts, runs)).most_common(1)[0][0]
     members = [run for run in runs if _facts(run) == facts]
@@ -133,7 +128,6 @@ def _flight_name(run: RunRow) -> str:
 
 
 def _facts(run: RunRow) -> tuple[str, ...]:
-    """Return what the runs of a setup have in common."""
     version = f"SUNSET {run.version or 'of an unknown version'}"
     return (f"model {run.model}", f"middleware {run.middleware}", f"thinking {run.thinking_s:g} s", version)
 
@@ -143,7 +137,6 @@ def _duration(run: RunRow) -> str:
 
 
 def _place(run: RunRow) -> tuple[str, str]:
-    """Return the suite and the duration of a run."""
     return run.suite, _duration(run)
 
 
@@ -153,5 +146,5 @@ def _order(place: tuple[str, str]) -> tuple[int, tuple[str, str]]:
 
 
 def _by_system(runs: Sequence[RunRow], names: Mapping[str, str]) -> Systems:
-    found = in_order(names[run.manager] for run in runs)
-    return {name: [run for run in runs if names[run.manager] == name] for name in found}
+    managers = in_order(names[run.manager] for run in runs)
+    return {name: [run for run in runs if names[run.manager] == name] for name in managers}

@@ -1,6 +1,7 @@
-"""The paper's figure: what faults do to the segmentation's entropy, over time."""
+"""Figures of single runs: the entropy over time, as in the paper, and the messages during an outage."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -10,13 +11,14 @@ import numpy.typing as npt
 from sunset.errors import InvalidInputError
 from sunset.evaluation.figure_frame import COLUMN_IN, PAGE_IN, SETTINGS
 from sunset.figures import BLUE, GREY, ORANGE, check_figure, drawing, save_figure
-from sunset.metrics import Samples
-from sunset.system import WINDOW, MovingMean
+from sunset.metrics import ExecutedAdaptation, Samples, Timeline
+from sunset.names import base_name
+from sunset.system import WINDOW, MovingMean, full_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# told apart by dashes as well; without the yellow, which is too light for lines
+# with different dashes, too; without yellow, which is too light for lines
 _STYLES: Final[tuple[tuple[str, object], ...]] = (
     ("#000000", "-"),
     (BLUE, "-"),
@@ -28,24 +30,30 @@ _STYLES: Final[tuple[tuple[str, object], ...]] = (
 )
 
 
+_BEFORE_S: Final = 1.0
+_GAP_PERIODS: Final = 3
+"""The time between two messages from which on it is drawn as a silence, in periods of the flight."""
+_LINE: Final = 0.28
+"""The height of a line of text, as a share of the distance of topics."""
+
+
 def entropy_figure(
     series: Mapping[str, Samples], threshold: float, path: Path, *, iou: Mapping[str, Samples] | None = None
 ) -> None:
-    """Draw entropy over time, one line a fault, and the IoU beside it where that is given.
+    """Draw entropy over time, with a line for each fault, and the IoU beside it if it is given.
 
-    Lines are means of the last five samples, which is what failure F4 is judged by; single samples are
-    drawn faintly behind them. A gap of more than 1 s breaks a line. The width fits one column of a paper,
-    or two with the IoU.
+    Lines are means of the last five samples, which decide failure F4; single samples are drawn faintly behind them. A
+    gap of more than 1 s breaks a line. The width fits a column of a paper, or two columns with the IoU.
 
     Args:
         series: name → entropy over time [s]; in the order of the legend.
         threshold: above it, F4 holds.
-        path: a `.pdf`, `.png` or `.svg`, which is replaced; its folder is made.
+        path: a `.pdf`, `.png` or `.svg`, in a folder that may be new.
         iou: name → IoU over time [s], for names of `series`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        InvalidInputError: there is nothing to draw, or the path has another suffix.
+        InvalidInputError: the series are empty, or the path has another suffix.
         OutputError: the file cannot be written.
 
     Source: the paper, figure 2a.
@@ -99,7 +107,7 @@ def _panel(
 
 
 def _moving_mean(samples: Samples) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the mean that each sample is the last one of; NaN, which breaks a line, where there is none."""
+    """Return the mean of the samples up to each sample; NaN, which breaks a line, without enough samples."""
     mean = MovingMean(WINDOW.gap_s)
     pairs = zip(samples.times.tolist(), samples.values.tolist(), strict=True)
     return samples.times, np.array([mean.add(*pair) for pair in pairs], dtype=np.float64)
@@ -111,3 +119,69 @@ def _with_gaps(
     """Return a line that a gap of more than 1 s breaks."""
     breaks = np.flatnonzero(np.diff(times) > WINDOW.gap_s) + 1
     return np.insert(times, breaks, times[breaks - 1]), np.insert(values, breaks, np.nan)
+
+
+def outage_figure(
+    timeline: Timeline,
+    executed: Sequence[ExecutedAdaptation],
+    path: Path,
+    *,
+    topics: Sequence[str],
+    title: str = "",
+) -> None:
+    """Draw each message on some topics, and the adaptations, from 1 s before the injection.
+
+    Args:
+        timeline: of a run.
+        executed: its adaptations.
+        path: a `.pdf`, `.png` or `.svg`, in a folder that may be new.
+        topics: the topics whose silence is a failure.
+        title: above the figure.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        InvalidInputError: the path has another suffix.
+        OutputError: the file cannot be written.
+    """
+    check_figure(path)
+    with drawing({"font.size": 8}) as new_figure:
+        figure = new_figure(figsize=(7.2, 2.5), dpi=140, layout="constrained")
+        axes = figure.subplots()
+        _draw_outage(axes, timeline, executed, topics)
+        figure.suptitle(title, fontsize=8, x=0.01, ha="left")
+    with drawing():
+        save_figure(figure, path)
+
+
+def _draw_outage(
+    axes: "Axes", timeline: Timeline, executed: Sequence[ExecutedAdaptation], topics: Sequence[str]
+) -> None:
+    for row, topic in enumerate(topics):
+        sent = timeline.message_times.get(full_name(topic), np.empty(0))
+        axes.eventplot(
+            sent[sent > -_BEFORE_S], lineoffsets=-row, linelengths=0.5, linewidths=1.5, colors=BLUE
+        )
+        ends = [*(sent if sent.size else [-_BEFORE_S]), timeline.duration_s]
+        for begin, end in pairwise(ends):
+            if end - begin > _GAP_PERIODS * timeline.period_s and end > 0:
+                axes.plot([begin, end], [-row, -row], color=ORANGE, linewidth=4, solid_capstyle="butt")
+                axes.annotate(
+                    f"{end - begin:.1f} s", ((begin + end) / 2, -row + 0.14), ha="center", color=ORANGE
+                )
+    injected = sorted({injection.time for injection in timeline.injections})
+    for time in injected:
+        axes.axvline(time, color=ORANGE, linestyle=":", linewidth=1)
+        axes.annotate("fault", (time, 0.62), ha="center", color=ORANGE)
+    for above, adaptation in enumerate(reversed(executed)):
+        text = (adaptation.time, 0.62 + _LINE * above)
+        axes.vlines(adaptation.time, 0.4 - len(topics), text[1] + _LINE / 2, "black", "--", linewidth=1)
+        axes.annotate(f" {adaptation}", text, color="black")
+    axes.set_yticks([-row for row in range(len(topics))], [base_name(topic) for topic in topics])
+    height = 0.9 + _LINE * max(0, len(executed) - 1)
+    axes.set(
+        xlabel="time since injection [s]",
+        xlim=(-_BEFORE_S, timeline.duration_s),
+        ylim=(0.4 - len(topics), height),
+    )
+    axes.spines[["top", "right", "left"]].set_visible(False)
+    axes.tick_params(axis="y", length=0)

@@ -1,11 +1,11 @@
-"""How sure a figure of many runs is: crossed random effects.
+"""Confidence intervals of figures: crossed random effects.
 
-`docs/metrics.md` has the formula, under *How sure a figure is*: V are the mean squares of factors, and R is that of the
-rest.
+`docs/metrics.md` has the formula, under *How sure a figure is*: V are the mean squares of factors, and R is the mean
+square of the rest.
 
 Sources: Searle, Casella and McCulloch, Variance Components (1992), for crossed random effects without interactions;
 Satterthwaite, An approximate distribution of estimates of variance components, Biometrics Bulletin 2 (1946), for the
-degrees of freedom, which are those of min F': Clark, The language-as-fixed-effect fallacy, Journal of Verbal Learning
+degrees of freedom, as of min F': Clark, The language-as-fixed-effect fallacy, Journal of Verbal Learning
 and Verbal Behavior 12 (1973); Cameron, Gelbach and Miller, Robust inference with multiway clustering, Journal of
 Business and Economic Statistics 29 (2011), for the clusters' sums, which serve ratios and unequal numbers of runs, too.
 """
@@ -26,20 +26,14 @@ _Codes = npt.NDArray[np.intp]
 _Factors = tuple[int, ...]
 
 LEAST_LEVELS: Final = 3
-"""An interval speaks of these degradations or flights only where there are fewer, and needs as many seeds."""
+"""The fewest seeds for an interval, and the fewest degradations or flights for an interval about others."""
 
 _LEAST_P: Final = 1e-6
 _SEED: Final = 2
 
 
 class Cluster(NamedTuple):
-    """What a run has in common with others.
-
-    Attributes:
-        alike: the degradations of its scenario; where there are none, its outages.
-        flight: what it is run on.
-        seed: of its repetition.
-    """
+    """The levels of a run: the degradations of its scenario (else its outages), its flight and its seed."""
 
     alike: Hashable
     flight: Hashable
@@ -47,13 +41,7 @@ class Cluster(NamedTuple):
 
 
 class Design(NamedTuple):
-    """The size of a campaign.
-
-    Attributes:
-        alike: of how many different degradations its scenarios are.
-        flights: on how many each is run.
-        repetitions: how often, with as many seeds.
-    """
+    """The size of a campaign: its numbers of degradations, flights and seeds."""
 
     alike: int
     flights: int
@@ -62,14 +50,14 @@ class Design(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """How much a figure varies between campaigns of one size.
+    """The variances of a figure between campaigns of the same size.
 
-    A factor of fewer than three levels is held as it is, and does not vary.
+    A factor of fewer than three levels is fixed, and does not vary.
 
     Attributes:
-        parts: factors, by place in `Cluster` → the variance between their levels; that of several factors is what they
-            bring about together only. That of seeds is below 0 where they differ less than the rest does.
-        sizes: of the campaigns: how many levels each factor of `Cluster` has.
+        parts: factors, by place in `Cluster` → the variance between their levels; for several factors, of their
+            interaction. The variance of seeds is below 0 where they differ less than the rest.
+        sizes: the number of levels of each factor of `Cluster`.
     """
 
     parts: Mapping[_Factors, float]
@@ -82,14 +70,14 @@ class Spread:
 
     @property
     def degrees(self) -> float:
-        """The degrees of freedom with which the standard error is known, at least 2."""
+        """The degrees of freedom of the standard error, at least 2."""
         moving = self._moving()
         squares = {
             place: max(0.0, math.fsum(variance for factors, variance in moving.items() if place in factors))
             for place in sorted({place for factors in moving for place in factors})
         }
-        known = math.fsum(square**2 / (self.sizes[place] - 1) for place, square in squares.items())
-        return math.fsum(squares.values()) ** 2 / known if known else LEAST_LEVELS - 1
+        scale = math.fsum(square**2 / (self.sizes[place] - 1) for place, square in squares.items())
+        return math.fsum(squares.values()) ** 2 / scale if scale else LEAST_LEVELS - 1
 
     @property
     def half_width(self) -> float:
@@ -97,11 +85,8 @@ class Spread:
         return self.error * quantile(0.95, self.degrees) if self.error else 0.0
 
     def p_value(self, distance: float) -> float:
-        """Return the p at which the interval with confidence 1 - p is as wide on each side as the distance.
-
-        It is at least 10⁻⁶, and 1 for a distance of 0.
-        """
-        if not distance:  # whose interval may have no width either
+        """Return the p, at least 10⁻⁶, at which half the width of the interval of confidence 1 - p is the distance."""
+        if not distance:  # the width may be 0, too
             return 1.0
         t = abs(distance) / self.error if self.error else math.inf
         return max(_LEAST_P, 1 - within(t, self.degrees))
@@ -118,15 +103,13 @@ class Spread:
 
 
 def spread(top: Sequence[float], bottom: Sequence[float], clusters: Sequence[Cluster]) -> Spread | None:
-    """Return how sure Σ top / Σ bottom is; None where an interval would not hold.
+    """Return the variances of Σ top / Σ bottom; None for fewer than three seeds, which do not show their variance.
 
-    A factor of fewer than three levels is held as it is: the spread is that of other campaigns with the same
-    degradations, or on the same flights. With fewer than three seeds there is none, since
-    nothing then says how much repetitions differ; one with less than half as many runs as another does not count.
+    A seed with less than half as many runs as another seed does not count.
 
     Args:
-        top: a number a run.
-        bottom: of the same length; 1 for each run gives the spread of the mean.
+        top: a number for each run.
+        bottom: likewise; 1 for each run if the figure is a mean.
         clusters: likewise.
     """
     codes = [_codes([cluster[place] for cluster in clusters]) for place in range(len(Cluster._fields))]
@@ -147,13 +130,13 @@ def spread(top: Sequence[float], bottom: Sequence[float], clusters: Sequence[Clu
 
 
 def _codes(levels: Sequence[Hashable]) -> _Codes:
-    """Return the number of each level, in an order that does not depend on that of the runs."""
+    """Return the number of each level, independent of the order of runs."""
     numbers = {level: number for number, level in enumerate(sorted(set(levels), key=repr))}
     return np.array([numbers[level] for level in levels], dtype=np.intp)
 
 
 def _outer(places: Sequence[int], codes: Sequence[_Codes], sizes: Sequence[int]) -> list[int]:
-    """Return the factors, less those of which each level lies within one level of another."""
+    """Return the factors without factors that are nested in another factor."""
     kept = list(places)
     for inner in reversed(places):
         pairs = (codes[inner] * sizes[outer] + codes[outer] for outer in kept if outer != inner)
@@ -166,7 +149,7 @@ def _mean_squares(apart: _Array, levels: Mapping[int, _Codes]) -> tuple[dict[int
     """Return the mean square of each factor and of the rest, over the number of cells.
 
     Args:
-        apart: how much each cell moves the figure.
+        apart: the effect of each cell on the figure.
         levels: factor → the level of each cell.
     """
     squares, unexplained, left = dict[int, float](), float(apart @ apart), len(apart) - 1
@@ -181,21 +164,21 @@ def _mean_squares(apart: _Array, levels: Mapping[int, _Codes]) -> tuple[dict[int
 def _parts(squares: Mapping[int, float], rest: float, sizes: Sequence[int]) -> dict[_Factors, float]:
     """Return the variances between levels.
 
-    Of the rest, that which exceeds the scatter between seeds is no repetition's: it stays, however many there are. But
-    where one factor alone is beside the seeds, the rest is of both, and is a repetition's as a whole.
+    The part of the rest above the variance of seeds does not shrink with repetitions. With a single factor beside the
+    seeds, all of the rest does.
     """
     places = tuple(squares)
     still = tuple(place for place in places if place != _SEED)
     fresh = min(rest, squares.get(_SEED, rest)) if len(still) > 1 else rest
-    found = dict.fromkeys([*((place,) for place in places), still, places], 0.0)
-    found |= {
+    parts = dict.fromkeys([*((place,) for place in places), still, places], 0.0)
+    parts |= {
         (place,): square - fresh if place == _SEED else max(0.0, square - rest)
         for place, square in squares.items()
     }
-    found[still] += rest - fresh
-    found[places] += fresh
+    parts[still] += rest - fresh
+    parts[places] += fresh
     return {
         factors: variance * math.prod(sizes[place] for place in factors)
-        for factors, variance in found.items()
+        for factors, variance in parts.items()
         if factors
     }

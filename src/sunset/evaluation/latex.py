@@ -1,4 +1,4 @@
-"""The report as LaTeX: a document that compiles as it is, with a table to take out of it."""
+"""The report as a LaTeX document, whose tables can be copied into a paper."""
 
 import re
 import unicodedata
@@ -18,7 +18,7 @@ _ESCAPES: Final = MappingProxyType(
         "|": r"\textbar{}",
         '"': "''",
         "`": r"\textasciigrave{}",
-        "-": "{-}",  # so that two do not become a dash
+        "-": "{-}",  # two hyphens would become a dash
         "±": r"$\pm$",
         "↑": r"$\uparrow$",
         "↓": r"$\downarrow$",
@@ -30,7 +30,7 @@ _ESCAPES: Final = MappingProxyType(
 )
 
 _LONG: Final = 24
-"""A name of more characters has a line of its own."""
+"""A name with more characters gets a separate line."""
 
 _HEAD: Final = r"""\documentclass{article}
 \usepackage{textcomp}
@@ -41,14 +41,14 @@ _HEAD: Final = r"""\documentclass{article}
 
 
 def as_latex(report: Report) -> str:
-    """Return a report as a document of LaTeX: its tables, each of which can be taken out, and its notes."""
+    """Return the tables and notes of a report as a LaTeX document."""
     notes = [rf"\item {escape_latex(note)}" for note in report.notes]
     listed = [r"\clearpage", r"\begin{itemize}\footnotesize", *notes, r"\end{itemize}", ""] if notes else []
     return "\n".join([_HEAD, *map(_table, report.blocks), *listed, r"\end{document}", ""])
 
 
 def escape_latex(text: str) -> str:
-    r"""Return `text` such that LaTeX prints it, whatever it holds; what it cannot print becomes a `?`.
+    r"""Return `text` as LaTeX prints it, with `?` for unprintable characters.
 
     >>> escape_latex("my_manager.py:A&B")
     'my\\_manager.py:A\\&B'

@@ -1,4 +1,4 @@
-"""The report before it has a format: which figures stand in which line, and the notes beneath."""
+"""The layout of a report in any format: the figures of each table, and the notes."""
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from types import MappingProxyType
@@ -16,7 +16,6 @@ from sunset.evaluation.blocks import (
     Report,
     deviation_cell,
 )
-from sunset.evaluation.diagnosis_block import diagnosis_blocks
 from sunset.evaluation.estimates import DEVIATIONS, INTERVALS
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
@@ -59,7 +58,25 @@ _LACKING: Final = MappingProxyType(
         "iou": ("IoU", "no frame with labels came"),
     }
 )
-"""Figure → what it is called, and what happened in the runs that have none."""
+"""Figure → its name, and the reason why a run may lack it."""
+_LEVELS: Final = {
+    ("faults_detected", "t_detected_s"): Column(
+        "detected ↑", "of all faults: a fault was reported, and how long after the onset"
+    ),
+    ("faults_located", "t_located_s"): Column("located ↑", "likewise, a fault of the same node"),
+    ("faults_identified", "t_identified_s"): Column("identified ↑", "likewise, the fault itself"),
+    ("faults_top1", ""): Column(
+        "top 1 ↑", "the fault was among the k most probable, of k faults that were there"
+    ),
+}
+_DIAGNOSIS_COLUMNS: Final = (
+    *_LEVELS.values(),
+    Column("alarms [1/min] ↓", "false alarms per minute without a fault"),
+    Column("Brier ↓", "mean square error of the probabilities, over time and faults"),
+)
+
+_LEAST_CALM_S: Final = 1.0
+"""The least time without a fault for a rate of false alarms: a fault at 0 comes half a millisecond after 0."""
 _SHOWN: Final = 10
 _LONGEST_REASON: Final = 300
 _PAPER_NOTE: Final = (
@@ -69,13 +86,7 @@ _PAPER_NOTE: Final = (
 
 
 def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, every: bool = False) -> Report:
-    """Return the report of runs: the score and what stands beside it, then the paper's figures of its suites.
-
-    Args:
-        rows: those of the paper's table.
-        scores: what it leads with.
-        every: whether every other figure follows.
-    """
+    """Return a report: the scores, the paper's figures of its suites and, if `every`, all other figures."""
     repairing = [row for row in rows if row.example.task == REPAIR]
     papers = [row for row in repairing if every or row.example.suite in PAPER_SUITES]
     judged = [row for row in repairing if every and not row.is_reference]
@@ -83,7 +94,7 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
         *lead_blocks(scores),
         _block("The paper's figures", PAPER_LABEL, papers, _PAPER),
         _block("What became of the faults", "tab:sunset-faults", judged, _FAULTS),
-        *diagnosis_blocks([row for row in rows if every or row.example.task == DIAGNOSE]),
+        _diagnosis_block([row for row in rows if every or row.example.task == DIAGNOSE]),
         _block("More about the same runs", "tab:sunset-more", judged, _MORE),
     )
     cells = [cell for block in blocks for line in block.lines for cell in line.cells]
@@ -118,8 +129,38 @@ def _share(part: int, whole: int, rate: float | None) -> str | None:
     return None if rate is None else f"{part}/{whole} ({rate:.0%})"
 
 
+def _diagnosis_block(rows: Sequence[SystemRow]) -> Block:
+    """Return the table of diagnoses, with `none` for comparison; empty if no run published a diagnosis."""
+    diagnosing = [row for row in rows if _total(row, "diagnoses")]
+    shown = [row for row in rows if row in diagnosing or row.example.manager == "none"] if diagnosing else []
+    lines = tuple(
+        Line(row.system, str(row.runs), _diagnosis_cells(row)) for row in shown if not row.is_reference
+    )
+    return Block("Diagnosis", _DIAGNOSIS_COLUMNS, lines, "tab:sunset-diagnosis")
+
+
+def _diagnosis_cells(row: SystemRow) -> tuple[Cell, ...]:
+    injected, calm_s = _total(row, "faults_injected"), _total(row, "faultless_s")
+    shares = (_level(row, count, time, injected) if injected else None for count, time in _LEVELS)
+    alarms = Quantity(60 * _total(row, "false_alarms") / calm_s) if calm_s >= _LEAST_CALM_S else None
+    brier = row.estimates["brier"]
+    return (*shares, alarms, None if brier is None else f"{brier.mean:.3f}")
+
+
+def _level(row: SystemRow, count: str, time: str, injected: float) -> str:
+    """Return the number of faults that reached a level, and the mean time until then."""
+    after = row.estimates.get(time)
+    return f"{_total(row, count):.0f}/{injected:.0f}" + (f", {after.mean:.2f} s" if after else "")
+
+
+def _total(row: SystemRow, name: str) -> float:
+    """Return a figure's sum over the valid runs of a row."""
+    estimate = row.estimates[name]
+    return estimate.mean * estimate.runs if estimate else 0.0
+
+
 def _provenance(rows: Sequence[SystemRow]) -> list[str]:
-    """Say in one line what was run, and with what."""
+    """Return a note about the versions, models, middlewares, seeds and flights of the runs."""
     if not rows:
         return []
     runs = [row.example for row in rows]
@@ -134,16 +175,16 @@ def _provenance(rows: Sequence[SystemRow]) -> list[str]:
     return [f"{'; '.join(parts)}."]
 
 
-def _named(what: str, plural: str, values: Iterable[str]) -> str:
-    """Return different values with what they are before them; of many only the first."""
-    found = sorted(set(values))
-    more = [f"and {len(found) - _SHOWN} others"] if len(found) > _SHOWN else []
-    texts = [*(shorten(value, _LONGEST_REASON) for value in found[:_SHOWN]), *more]
-    return f"{what}{plural if len(found) > 1 else ''} {', '.join(texts)}".lstrip()
+def _named(name: str, plural: str, values: Iterable[str]) -> str:
+    """Return different values behind their name; of many values only the first."""
+    ordered = sorted(set(values))
+    more = [f"and {len(ordered) - _SHOWN} others"] if len(ordered) > _SHOWN else []
+    texts = [*(shorten(value, _LONGEST_REASON) for value in ordered[:_SHOWN]), *more]
+    return f"{name}{plural if len(ordered) > 1 else ''} {', '.join(texts)}".lstrip()
 
 
 def _seeds(seeds: Collection[int]) -> str:
-    """Return seeds in words: those that follow one another by the first and the last."""
+    """Return seeds in words, consecutive seeds by the first and the last."""
     first, last = min(seeds), max(seeds)
     if 1 < len(seeds) == last - first + 1:
         return f"seeds {first} to {last}"
@@ -151,7 +192,7 @@ def _seeds(seeds: Collection[int]) -> str:
 
 
 def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str]:
-    """Say what a reader would otherwise take for granted: runs that are missing from a figure that is shown."""
+    """Return notes about runs that are missing from a figure, invalid, failed or doubtful."""
     runs = [run for row in rows for run in row.all_runs]
     notes = [note for row in rows for note in _row_notes(row, is_shown=row in shown)]
     notes += [
@@ -169,21 +210,21 @@ def _notes(rows: Sequence[SystemRow], *, shown: Sequence[SystemRow]) -> list[str
 
 
 def _row_notes(row: SystemRow, *, is_shown: bool) -> Iterator[str]:
-    """Give what must be known of a row's runs: figures that they lack, what was wrong with them, how they differ."""
+    """Yield the notes about a row's runs."""
     name = shorten(row.system, 100)
     for figure, (called, reason) in _LACKING.items() if is_shown else ():
-        found = row.estimates[figure]
-        if found is not None and found.runs < row.runs:
-            yield f"{name}: {called} is of {found.runs} of {row.runs} runs; in the others {reason}."
+        estimate = row.estimates[figure]
+        if estimate is not None and estimate.runs < row.runs:
+            yield f"{name}: {called} is of {estimate.runs} of {row.runs} runs; in the others {reason}."
     without_truth = row.estimates["frames_without_truth"]
     if without_truth is not None and without_truth.mean:
         frames = f"{without_truth.mean:.4g} frames of a run"
         yield f"{name}: {frames} have no labels and count for no figure of quality."
     if invalid := [(run, run.reason) for run in row.all_runs if not run.valid]:
-        what = "1 invalid run is" if len(invalid) == 1 else f"{len(invalid)} invalid runs are"
-        yield f"{name}: {what} left out of all columns but the score: {_told(invalid)}"
+        subject = "1 invalid run is" if len(invalid) == 1 else f"{len(invalid)} invalid runs are"
+        yield f"{name}: {subject} left out of all columns but the score: {_reasons(invalid)}"
     if failed := [(run, run.failed) for run in row.all_runs if run.failed]:
-        yield f"{name}: {len(failed)} of {counted(len(row.all_runs), 'run')} failed: {_told(failed)}"
+        yield f"{name}: {len(failed)} of {counted(len(row.all_runs), 'run')} failed: {_reasons(failed)}"
     if differing := [run for run in row.all_runs if run.differing]:
         texts = [f"{', '.join(run.differing)} of {printable(str(run.folder))}" for run in differing]
         yield (
@@ -203,17 +244,19 @@ def _row_notes(row: SystemRow, *, is_shown: bool) -> Iterator[str]:
 
 
 def _several(runs: Iterable[RunRow]) -> list[str]:
-    """Return the packages of which runs had several versions, with these."""
+    """Return the packages of which runs had several versions, with the versions."""
     versions: dict[str, set[str]] = {}
     for package, version in (item for run in runs for item in run.others.items()):
         versions.setdefault(package, set()).add(version)
     return [
-        f"{name} ({', '.join(sorted(found))})" for name, found in sorted(versions.items()) if len(found) > 1
+        f"{name} ({', '.join(sorted(several))})"
+        for name, several in sorted(versions.items())
+        if len(several) > 1
     ]
 
 
 def _contradicting(runs: Iterable[RunRow]) -> Iterator[str]:
-    """Give the folders of every two simulated runs that should have the same messages and have not."""
+    """Yield the folders of simulated runs that should have the same messages, but differ."""
     first: dict[tuple[str, int], RunRow] = {}
     for run in runs:
         if run.middleware == "sim" and run.sources and not run.failed:
@@ -222,23 +265,22 @@ def _contradicting(runs: Iterable[RunRow]) -> Iterator[str]:
                 yield f"{printable(str(known.folder))} and {printable(str(run.folder))}"
 
 
-def _told(reasons: Iterable[tuple[RunRow, str]]) -> str:
-    """Return the reasons that runs have, those that are the same once."""
+def _reasons(reasons: Iterable[tuple[RunRow, str]]) -> str:
     return _listed(tallied(_reason(run, reason) for run, reason in reasons), "reasons")
 
 
 def _reason(run: RunRow, reason: str) -> str:
-    """Return a run's reason without what tells it from those of others that have the same."""
+    """Return a run's reason without its scenario and seed, so that equal reasons are counted together."""
     place = f" in {_plain_name(run)}, seed {run.seed}:"
     return shorten(reason.replace(place, ":", 1).rstrip("."), _LONGEST_REASON) or "no reason given"
 
 
 def _plain_name(run: RunRow) -> str:
-    """Return the name of a run's scenario without what tells it from others of the same name."""
+    """Return the name of a run's scenario without a checksum."""
     return run.scenario.removesuffix(f" {run.faults}")
 
 
-def _listed(texts: Sequence[str], what: str) -> str:
-    """Return the texts in one sentence; of many only the first."""
-    more = [f"and {len(texts) - _SHOWN} other {what}"] if len(texts) > _SHOWN else []
+def _listed(texts: Sequence[str], plural: str) -> str:
+    """Return texts as a sentence; of many texts only the first."""
+    more = [f"and {len(texts) - _SHOWN} other {plural}"] if len(texts) > _SHOWN else []
     return "; ".join([*texts[:_SHOWN], *more]) + "."

@@ -1,4 +1,4 @@
-"""Two managing systems, compared in the runs that both have: the same scenario, flight, model and seed."""
+"""A comparison of two managing systems in their common runs: the same scenario, flight, model and seed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """One figure of two managing systems, over the pairs in which both have it.
+    """A figure of two managing systems, over the pairs in which both have it.
 
     Attributes:
         figure: one of `FIGURES`.
-        first: the mean of the first; None where there is no such pair.
+        first: the mean of the first; None without pairs.
         second: the mean of the second.
-        difference: the estimate of first - second, over the pairs.
-        one_sided: in how many more pairs only one of the two has the figure.
+        difference: the estimate of first - second.
+        one_sided: the number of other pairs, in which only one of the two has the figure.
     """
 
     figure: str
@@ -37,24 +37,19 @@ class Difference:
 
     @property
     def pairs(self) -> int:
-        """How many pairs there are."""
+        """The number of pairs."""
         return self.difference.runs if self.difference else 0
 
 
 def difference(figure: str, rows: Sequence[tuple[Cluster, float | None, float | None]]) -> Difference:
-    """Compare a figure of pairs of runs.
-
-    Args:
-        figure: its name.
-        rows: of each pair, its cluster, and the figure of its two runs; None where one has none.
-    """
-    both = [(cluster, one, other) for cluster, one, other in rows if one is not None and other is not None]
+    """Compare a figure of pairs of runs: each row has a pair's cluster, and the figure of its runs or None."""
+    both = [(cluster, a, b) for cluster, a, b in rows if a is not None and b is not None]
     return Difference(
         figure=figure,
-        first=fmean(one for _, one, _ in both) if both else None,
-        second=fmean(other for _, _, other in both) if both else None,
-        difference=estimate([one - other for _, one, other in both], [cluster for cluster, _, _ in both]),
-        one_sided=sum((one is None) != (other is None) for _, one, other in rows),
+        first=fmean(a for _, a, _ in both) if both else None,
+        second=fmean(b for _, _, b in both) if both else None,
+        difference=estimate([a - b for _, a, b in both], [cluster for cluster, _, _ in both]),
+        one_sided=sum((a is None) != (b is None) for _, a, b in rows),
     )
 
 
@@ -63,8 +58,8 @@ class PairedComparison:
     """Two managing systems, figure by figure.
 
     Attributes:
-        pairs: how many runs both have that count.
-        left_out: how many runs have no counterpart that counts.
+        pairs: the number of pairs of valid runs.
+        left_out: the number of valid runs without a valid counterpart.
     """
 
     first: str
@@ -77,7 +72,7 @@ class PairedComparison:
         """Return the difference in one figure.
 
         Raises:
-            InvalidInputError: there is no such figure.
+            InvalidInputError: the figure is unknown.
         """
         for compared in self.differences:
             if compared.figure == figure:
@@ -92,17 +87,21 @@ class PairedComparison:
         def shown(value: float | None) -> str:
             return "N/A" if value is None else f"{value:z.2f}"
 
-        rows = [("figure", self.first, self.second, "difference", "95 % interval", "pairs")]
-        for one in self.differences:
-            found = one.difference
-            ends = "{} to {}".format(*map(shown, found.interval)) if found and found.interval else "N/A"
-            mean = shown(found.mean if found else None)
-            rows.append((one.figure, shown(one.first), shown(one.second), mean, ends, str(one.pairs)))
+        rows: list[tuple[str, ...]] = [
+            ("figure", self.first, self.second, "difference", "95 % interval", "pairs")
+        ]
+        for compared in self.differences:
+            estimate = compared.difference
+            ends = (
+                "{} to {}".format(*map(shown, estimate.interval)) if estimate and estimate.interval else "N/A"
+            )
+            means = (compared.first, compared.second, estimate.mean if estimate else None)
+            rows.append((compared.figure, *map(shown, means), ends, str(compared.pairs)))
         left_out = f"\n\nLeft out: {counted(self.left_out, 'run')} without a counterpart that counts."
         return "\n".join(aligned(rows)) + (left_out if self.left_out else "")
 
     def to_frame(self) -> "DataFrame":
-        """Return one row a figure, as a data frame of pandas.
+        """Return a data frame of pandas with a row for each figure.
 
         Raises:
             MissingExtraError: pandas is not installed.
@@ -122,10 +121,10 @@ class PairedComparison:
 
 
 def compare_managers(runs: Sequence[RunRow], first: str, second: str) -> PairedComparison:
-    """Compare two managing systems, named as in the runs, in the runs that both have.
+    """Compare two managing systems, named as in the runs, in their common runs.
 
     Raises:
-        InvalidInputError: there is no such managing system, both are the same, or they have no run in common.
+        InvalidInputError: a managing system is unknown, both are the same, or they have no common run.
     """
     known = sorted({run.manager for run in runs})
     for name in (first, second):
@@ -151,7 +150,7 @@ def compare_managers(runs: Sequence[RunRow], first: str, second: str) -> PairedC
         pairs=len(pairs),
         left_out=len(ours.keys() ^ theirs.keys()),
         differences=tuple(
-            difference(name, [(one.cluster, one.metrics[name], other.metrics[name]) for one, other in pairs])
+            difference(name, [(run.cluster, run.metrics[name], other.metrics[name]) for run, other in pairs])
             for name in FIGURES
         ),
     )

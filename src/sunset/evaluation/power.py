@@ -1,4 +1,4 @@
-"""Power: how surely a campaign of some size detects a difference between two managing systems."""
+"""The power of a campaign to detect a difference between two managing systems."""
 
 import math
 from bisect import bisect_left
@@ -11,10 +11,10 @@ from sunset.evaluation.intervals import LEAST_LEVELS, Design, Spread
 from sunset.evaluation.students_t import quantile, within
 
 DIFFERENCE: Final = 0.02
-"""The difference in utility that reports and plans speak of."""
+"""The difference in utility that reports and plans use."""
 
 POWER: Final = 0.8
-"""How surely they say that it is detected."""
+"""The power that reports and plans use."""
 
 MOST_REPETITIONS: Final = 1000
 
@@ -35,44 +35,44 @@ VARIANCES: Final[Mapping[str, Spread]] = MappingProxyType(
         for pair, deviations in _DEVIATIONS.items()
     }
 )
-"""Two managing systems → what makes their difference in utility vary. `scripts/measure_variances` printed it from the
-runs of the test split in docs/results.md, on the held-out flights."""
+"""Two managing systems → the variances of their difference in utility, as `scripts/measure_variances` printed them from
+the runs of the test split in docs/results.md, on the held-out flights."""
 
 
-def power(found: Spread, difference: float = DIFFERENCE) -> float:
+def power(spread: Spread, difference: float = DIFFERENCE) -> float:
     """Return the probability that the 95 % interval of a difference excludes 0.
 
     Args:
-        found: how much the difference varies between campaigns.
-        difference: the true one, above 0.
+        spread: the variances of the difference.
+        difference: the true difference, above 0.
 
     Source: as of `detectable`.
     """
-    if not found.error:
+    if not spread.error:
         return 1.0
-    t = difference / found.error - quantile(0.95, found.degrees)
-    return (1 + math.copysign(within(abs(t), found.degrees), t)) / 2
+    t = difference / spread.error - quantile(0.95, spread.degrees)
+    return (1 + math.copysign(within(abs(t), spread.degrees), t)) / 2
 
 
-def detectable(found: Spread) -> float:
+def detectable(spread: Spread) -> float:
     """Return the difference that campaigns detect with the probability `POWER`.
 
     Source: Bloom, Minimum detectable effects, Evaluation Review 19 (1995).
     """
-    return (quantile(0.95, found.degrees) + quantile(2 * POWER - 1, found.degrees)) * found.error
+    return (quantile(0.95, spread.degrees) + quantile(2 * POWER - 1, spread.degrees)) * spread.error
 
 
-def repetitions_needed(found: Spread) -> int | None:
-    """Return how many repetitions detect `DIFFERENCE` with the probability `POWER`; None if 1000 do not."""
+def repetitions_needed(spread: Spread) -> int | None:
+    """Return the repetitions that detect `DIFFERENCE` with the probability `POWER`; None if 1000 do not."""
 
     def chance(repetitions: int) -> float:
-        return power(replace(found, sizes=found.sizes._replace(repetitions=repetitions)))
+        return power(replace(spread, sizes=spread.sizes._replace(repetitions=repetitions)))
 
     needed = LEAST_LEVELS + bisect_left(range(LEAST_LEVELS, MOST_REPETITIONS + 1), POWER, key=chance)
     return needed if needed <= MOST_REPETITIONS else None
 
 
-def reaches(found: Spread, design: Design) -> bool:
-    """Whether variances say how a campaign of another size varies: those of few levels say nothing of more."""
-    known = zip(found.sizes[:-1], design[:-1], strict=True)
-    return all(size >= LEAST_LEVELS or wanted < LEAST_LEVELS for size, wanted in known)
+def reaches(spread: Spread, design: Design) -> bool:
+    """Return whether variances hold for a campaign of another size: few levels do not show the variance of more."""
+    sizes = zip(spread.sizes[:-1], design[:-1], strict=True)
+    return all(size >= LEAST_LEVELS or wanted < LEAST_LEVELS for size, wanted in sizes)

@@ -1,4 +1,4 @@
-"""From a folder of runs to a report, in the format that is asked for."""
+"""Reports and lists of the runs in a folder, in any format."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -10,15 +10,16 @@ from sunset.evaluation.estimates import DEVIATIONS, INTERVALS, Estimate
 from sunset.evaluation.figure_files import figures_as_html
 from sunset.evaluation.latex import as_latex
 from sunset.evaluation.layout import arrange
-from sunset.evaluation.results import RunRow, load_results
+from sunset.evaluation.results import FIGURES, RunRow, load_results
 from sunset.evaluation.scores import ScoreTable, score_tables
 from sunset.evaluation.summary import SystemRow, summarise
 from sunset.evaluation.text import as_text
 from sunset.evaluation.webpage import as_html
-from sunset.texts import csv_text
+from sunset.texts import csv_text, printable
 from sunset.workers import Progress
 
 FORMATS: Final = ("table", "latex", "csv", "json", "html")
+RUNS_FORMATS: Final = ("csv", "json")
 
 _CSV_COLUMNS: Final = (
     *("source", "suite", "system", "other", "manager", "evidence", "is_reference", "model", "duration_s"),
@@ -40,22 +41,22 @@ def render_report(
     """Return the report of all runs below a folder.
 
     Args:
-        folder: of one run, of a campaign, or of several.
+        folder: of a run, of a campaign, or of several campaigns.
         form: one of `FORMATS`.
-        every: whether a table or LaTeX has every figure, and not the first page only.
-        recompute: compute every figure from the recorded messages instead of reading the stored ones.
+        every: whether a table or LaTeX has every figure instead of the first page.
+        recompute: compute every figure from the recorded messages instead of reading it.
         progress: called with (runs that are read, runs in all).
 
     Raises:
-        RecordError: there is no run, or one is damaged.
-        InvalidInputError: there is no such format.
+        RecordError: the folder is without runs, or a run is damaged.
+        InvalidInputError: the format is unknown.
     """
     runs = load_results(folder, again=recompute, progress=progress)
     return format_runs(runs, form, every=every)
 
 
 def format_runs(runs: Sequence[RunRow], form: str = "table", *, every: bool = False) -> str:
-    """Return the report of runs, as `render_report` does of those below a folder; a page has pictures."""
+    """Return the report of runs, as of `render_report`; as a page with its figures."""
     tables = score_tables(runs)
     figures = figures_as_html(runs, tables) if form == "html" else ""
     return format_report(summarise(runs), form, tables, figures, every=every)
@@ -69,15 +70,7 @@ def format_report(
     *,
     every: bool = False,
 ) -> str:
-    """Return the report of a table's rows, as `render_report` does of runs.
-
-    Args:
-        rows: those of the table.
-        form: as of `render_report`.
-        scores: what it leads with.
-        figures: those of a page, as HTML.
-        every: likewise.
-    """
+    """Return the report of rows and scores, as of `render_report`; `figures` are HTML for a page."""
     match form:
         case "json":
             return _as_json(rows, scores)
@@ -113,7 +106,7 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         **run.flight.to_json(),
         **{name: getattr(run, name) for name in ("middleware", "task", "version")},
         "runs": row.runs,
-        **{name: found and found.to_json() for name, found in row.estimates.items()},
+        **{name: estimate and estimate.to_json() for name, estimate in row.estimates.items()},
         "unresolved_rate": row.unresolved_rate,
         "cured_rate": row.cured_rate,
         "fates": row.fates,
@@ -121,33 +114,30 @@ def _json_row(row: SystemRow) -> dict[str, object]:
         "runs_failed": len(failed),
         "runs_differing": len(differing),
         **{
-            name: [{"scenario": run.scenario, "seed": run.seed, key: value} for run, key, value in found]
-            for name, found in (("invalid", invalid), ("failed", failed), ("differing", differing))
+            name: [{"scenario": run.scenario, "seed": run.seed, key: value} for run, key, value in runs]
+            for name, runs in (("invalid", invalid), ("failed", failed), ("differing", differing))
         },
     }
 
 
 def _as_csv(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
-    """Return a line for each figure of each score, difference and row; a cell is empty where there is nothing.
-
-    The column `source` says what a line is about: `score`, `difference` or `runs`.
-    """
+    """Return a line for each figure of each score, difference and row, which the column `source` distinguishes."""
     lines = [line for table in scores for line in _lead_lines(table)]
     for row in rows:
         about = {"source": "runs", **_json_row(row)}
         rates = {"unresolved_rate": row.unresolved_rate, "cured_rate": row.cured_rate}
-        figures = [_cells(name, found) for name, found in row.estimates.items() if found]
+        figures = [_cells(name, estimate) for name, estimate in row.estimates.items() if estimate]
         figures += [{"figure": name, "mean": rate} for name, rate in rates.items() if rate is not None]
         lines += [about | figure for figure in figures]
     return csv_text([_CSV_COLUMNS, *([cells.get(name) for name in _CSV_COLUMNS] for cells in lines)])
 
 
 def _lead_lines(table: ScoreTable) -> Iterator[dict[str, object]]:
-    """Give the lines of scores and of differences."""
+    """Yield the lines of scores and of differences."""
     for row in table.rows:
         about = {"source": "score", **table.about, **row.to_json()}
         figures = {"score": row.score, "harm": row.harm}
-        yield from (about | _cells(name, found) for name, found in figures.items() if found)
+        yield from (about | _cells(name, estimate) for name, estimate in figures.items() if estimate)
     for pair in table.differences:
         names = {"system": pair.first, "other": pair.second, "runs": pair.pairs}
         about = {"source": "difference", **table.about, **names}
@@ -157,6 +147,44 @@ def _lead_lines(table: ScoreTable) -> Iterator[dict[str, object]]:
             yield about | pair.to_json() | _cells("utility", pair.utility)
 
 
-def _cells(name: str, found: Estimate) -> dict[str, object]:
-    ends = {"ci_low": found.low, "ci_high": found.high}
-    return {"figure": name, "mean": found.mean, "std": found.std, **ends, "figure_runs": found.runs}
+def _cells(name: str, estimate: Estimate) -> dict[str, object]:
+    ends = {"ci_low": estimate.low, "ci_high": estimate.high}
+    return {"figure": name, "mean": estimate.mean, "std": estimate.std, **ends, "figure_runs": estimate.runs}
+
+
+def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: Progress | None = None) -> str:
+    """Return a row for each run below a folder, in one of `RUNS_FORMATS`; arguments as of `render_report`.
+
+    Figures that are not applicable are null, or empty cells.
+
+    Raises:
+        RecordError: the folder is without runs, or a run is damaged.
+        InvalidInputError: the format is unknown.
+    """
+    if form not in RUNS_FORMATS:
+        raise InvalidInputError(
+            f"The format of a list of runs must be {' or '.join(RUNS_FORMATS)}, got {form!r}; name one with --format."
+        )
+    rows = [run_fields(run, folder) for run in load_results(folder, again=recompute, progress=progress)]
+    if form == "json":
+        return json.dumps({"runs": rows}, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    cells = (
+        [" ".join(value) if isinstance(value, list) else value for value in row.values()] for row in rows
+    )
+    return csv_text([rows[0], *cells])
+
+
+def run_fields(run: RunRow, folder: Path) -> dict[str, object]:
+    """Return a run's row, column by column, with its folder relative to `folder`."""
+    names = ("middleware", "task", "thinking_s", "version", "valid")
+    return {
+        **{name: getattr(run, name) for name in ("scenario", "suite", "manager", "seed", "model")},
+        **run.flight.to_json(),
+        **{name: getattr(run, name) for name in names},
+        "failed": bool(run.failed),
+        "reason": run.reason,
+        **{name: run.metrics[name] for name in FIGURES},
+        "differing": list(run.differing),
+        "digest": run.digest,
+        "folder": printable(run.folder.relative_to(folder).as_posix()),
+    }

@@ -1,7 +1,7 @@
-"""The figures of a report: a function of matplotlib each."""
+"""The figures of a report, with a function for each."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from statistics import fmean
 from textwrap import fill
 from typing import TYPE_CHECKING, Final
@@ -34,28 +34,23 @@ if TYPE_CHECKING:
 _INTERVALS: Final = "Lines are 95 % confidence intervals, where there are enough runs for them."
 _ROW_IN: Final = 0.15
 _MOST_ROWS: Final = 54
-"""How many rows fit the height of a page."""
+"""The number of rows that fit the height of a page."""
 _SINGLE_ROWS: Final = 32
-"""How many rows are drawn in one column; more are drawn in two."""
+"""The largest number of rows in a single column; more rows are drawn in two."""
 _HEADING: Final = 40
 _NAME: Final = 11
-"""How many characters fit a line: of a heading in a column, and of a narrow title."""
+"""The number of characters in a line of a heading, and of a narrow title."""
 _FATE_COLOURS: Final = {"cured": BLUE, "masked": "#E69F00", "missed": PAPER}
 """From dark to light, so that they differ in grey, too."""
 
 _Mark = tuple[str, str, Estimate]
-"""The label of a row, its managing system, and what is marked."""
+"""The label of a row, its managing system, and its figure."""
 _Group = tuple[str, Sequence[_Mark]]
 """A heading, and the rows below it."""
 
 
 def report_figures(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[ReportFigure]:
-    """Return the figures of a report, in their order; none without matplotlib.
-
-    Args:
-        runs: all of them.
-        tables: their scores.
-    """
+    """Return the figures of a report, in their order; empty without matplotlib."""
     if not runs or not can_draw():
         return []
     setup = setup_of(runs, tables)
@@ -94,12 +89,11 @@ def _differences(setup: Setup) -> ReportFigure:
         marks: list[_Mark] = []
         for pair in suite.table.differences if suite.table else ():
             first, second = (setup.managers[name] for name in (pair.first, pair.second))
-            found, won = pair.utility, pair.pairs_won
-            lines.append(
-                (suite.name, first, second, pair.pairs, *_cells(found), won, pair.p_holm, *_cells(pair.score))
-            )
-            if found and suite.table and pair in suite.table.neighbours:
-                marks.append((f"{short_name(first, 14)} − {short_name(second, 14)}", first, found))
+            won = pair.pairs_won
+            figures = (*_cells(pair.utility), won, pair.p_holm, *_cells(pair.score))
+            lines.append((suite.name, first, second, pair.pairs, *figures))
+            if pair.utility and suite.table and pair in suite.table.neighbours:
+                marks.append((f"{short_name(first, 14)} − {short_name(second, 14)}", first, pair.utility))
         groups.append((suite.title, marks))
     picture, missing = _rows(setup, groups, "difference in utility", (0,))
     return ReportFigure(
@@ -121,35 +115,7 @@ def _differences(setup: Setup) -> ReportFigure:
 
 def _fates(setup: Setup) -> ReportFigure:
     outcomes = outcomes_of(setup)
-    names, faults = list(setup.systems), sorted({fault for fault, _ in outcomes})
-    names = [name for name in names if name != SCORE_REFERENCES[0]] or names  # none misses all of them
-    counts = {key: Counter(outcome.fate for outcome in found) for key, found in outcomes.items()}
-    picture = None
-    if faults:
-        from matplotlib.patches import Patch  # noqa: PLC0415  an optional extra
-
-        titles = [fill(short_name(name), _NAME) for name in names]
-        most = max(title.count("\n") for title in titles)
-        picture, grid = panels(len(names), 6, 0.55 + 0.15 * (len(faults) + most))
-        for axes, name, title in zip(grid, names, titles, strict=True):
-            left = np.zeros(len(faults))
-            for fate in FATES:
-                shares = np.array([_share(counts.get((fault, name)), fate) for fault in faults])
-                axes.barh(
-                    *(range(len(faults)), shares),
-                    left=left,
-                    color=_FATE_COLOURS[fate],
-                    edgecolor=SOFT,
-                    linewidth=0.4,
-                )
-                left += shares
-            axes.set(xlim=(0, 1), ylim=(len(faults) - 0.4, -0.6))
-            axes.set_xticks([0, 0.5, 1], ["0", "50", "100 %"])
-            axes.set_title(title)
-            _label_faults(axes, faults)
-        add_legend(
-            picture, [Patch(label=fate, facecolor=_FATE_COLOURS[fate], edgecolor=SOFT) for fate in FATES]
-        )
+    counts = {key: Counter(outcome.fate for outcome in same) for key, same in outcomes.items()}
     return ReportFigure(
         name="fates",
         title="What became of each fault",
@@ -158,16 +124,41 @@ def _fates(setup: Setup) -> ReportFigure:
         f"{setup.common}",
         head=("failure", "fault", "system", "faults", *FATES),
         lines=[
-            (*fault, name, found.total(), *(found[fate] for fate in FATES))
-            for (fault, name), found in sorted(counts.items())
+            (*fault, name, fates.total(), *(fates[fate] for fate in FATES))
+            for (fault, name), fates in sorted(counts.items())
         ],
-        picture=picture,
-        missing=setup.remarks if faults else ["No run says what became of a fault."],
+        picture=_draw_fates(setup, counts) if counts else None,
+        missing=setup.remarks if counts else ["No run says what became of a fault."],
     )
 
 
+def _draw_fates(setup: Setup, counts: Mapping[tuple[Fault, str], Counter[str]]) -> "Figure":
+    from matplotlib.patches import Patch  # noqa: PLC0415  an optional extra
+
+    faults = sorted({fault for fault, _ in counts})
+    names = [name for name in setup.systems if name != SCORE_REFERENCES[0]]  # none misses all of them
+    names = names or list(setup.systems)
+    titles = [fill(short_name(name), _NAME) for name in names]
+    most = max(title.count("\n") for title in titles)
+    picture, grid = panels(len(names), 6, 0.55 + 0.15 * (len(faults) + most))
+    for axes, name, title in zip(grid, names, titles, strict=True):
+        left = np.zeros(len(faults))
+        for fate in FATES:
+            shares = np.array([_share(counts.get((fault, name)), fate) for fault in faults])
+            colour = _FATE_COLOURS[fate]
+            axes.barh(range(len(faults)), shares, left=left, color=colour, edgecolor=SOFT, linewidth=0.4)
+            left += shares
+        axes.set(xlim=(0, 1), ylim=(len(faults) - 0.4, -0.6))
+        axes.set_xticks([0, 0.5, 1], ["0", "50", "100 %"])
+        axes.set_title(title)
+        _label_faults(axes, faults)
+    add_legend(picture, [Patch(label=fate, facecolor=_FATE_COLOURS[fate], edgecolor=SOFT) for fate in FATES])
+    return picture
+
+
 def _uncured(setup: Setup) -> ReportFigure:
-    means = {key: fmean(one.uncured_s for one in found) for key, found in outcomes_of(setup).items()}
+    outcomes = outcomes_of(setup)
+    means = {key: fmean(outcome.uncured_s for outcome in same) for key, same in outcomes.items()}
     names, faults = list(setup.systems), sorted({fault for fault, _ in means})
     picture = None
     if faults:
@@ -202,40 +193,18 @@ def _uncured(setup: Setup) -> ReportFigure:
 def _rows(
     setup: Setup, groups: Sequence[_Group], label: str, guides: Sequence[float]
 ) -> tuple["Figure | None", list[str]]:
-    """Return a figure of rows with intervals over one scale, None if there are none, and what it leaves out."""
+    """Return a figure of rows with intervals over the same scale, or None without rows, and notes on missing rows."""
     groups = [(fill(printable(title), _HEADING), marks) for title, marks in groups if marks]
     if not groups:
         return None, []
-    heights = {title: title.count("\n") + 1 + len(marks) for title, marks in groups}
-    total = sum(heights.values())
-    most = total if total <= _SINGLE_ROWS else min(_MOST_ROWS, (total + max(heights.values())) // 2)
-    columns: list[list[_Group]] = [[]]
-    for group in groups:
-        if columns[-1] and sum(heights[title] for title, _ in (*columns[-1], group)) > most:
-            columns.append([])
-        columns[-1].append(group)
+    columns = _columns(groups)
     left_out = [title for column in columns[2:] for title, _ in column]
-    rows = max(sum(heights[title] for title, _ in column) for column in columns[:2])
+    rows = max(sum(map(_height, column)) for column in columns[:2])
     picture, grid = panels(len(columns[:2]), 2, 0.5 + _ROW_IN * rows, sharey=False)
     for axes, column in zip(grid, columns, strict=False):
-        ticks: dict[int, str] = {}
-        longest = max(len(short_name(name, 31)) for _, marks in column for name, _, _ in marks)
-        place = 0
-        for title, marks in column:
-            axes.annotate(
-                *(title, (0, place - 0.25), (-3.6 * longest, 0), axes.get_yaxis_transform(), "offset points"),
-                va="top",
-                weight="bold",
-                in_layout=False,
-            )
-            place += heights[title] - len(marks)
-            for name, system, found in marks:
-                _draw_interval(axes, found, place, setup.looks[system])
-                ticks[place] = short_name(name, 31)
-                place += 1
+        _draw_rows(axes, column, setup.looks)
         for guide in guides:
             axes.axvline(guide, color=SOFT, linewidth=0.8, linestyle=(0, (4, 2)), zorder=0)
-        axes.set_yticks(list(ticks), list(ticks.values()))
         axes.set(xlabel=label, ylim=(rows - 0.4, -0.6))
         axes.tick_params(axis="y", length=0, labelleft=True)
         axes.spines["left"].set_visible(False)
@@ -243,19 +212,51 @@ def _rows(
     return picture, [f"Not drawn, but in the data: {listed(left_out)}."] if left_out else []
 
 
+def _height(group: _Group) -> int:
+    title, marks = group
+    return title.count("\n") + 1 + len(marks)
+
+
+def _columns(groups: Sequence[_Group]) -> list[list[_Group]]:
+    """Return the groups of each column."""
+    heights = [_height(group) for group in groups]
+    total = sum(heights)
+    most = total if total <= _SINGLE_ROWS else min(_MOST_ROWS, (total + max(heights)) // 2)
+    columns: list[list[_Group]] = [[]]
+    for group in groups:
+        if columns[-1] and sum(map(_height, (*columns[-1], group))) > most:
+            columns.append([])
+        columns[-1].append(group)
+    return columns
+
+
+def _draw_rows(axes: "Axes", column: Sequence[_Group], looks: Mapping[str, Style]) -> None:
+    ticks: dict[int, str] = {}
+    longest = max(len(short_name(name, 31)) for _, marks in column for name, _, _ in marks)
+    place = 0
+    for title, marks in column:
+        axes.annotate(
+            *(title, (0, place - 0.25), (-3.6 * longest, 0), axes.get_yaxis_transform(), "offset points"),
+            va="top",
+            weight="bold",
+            in_layout=False,
+        )
+        place += title.count("\n") + 1
+        for name, system, estimate in marks:
+            if estimate.interval is not None:
+                axes.plot(estimate.interval, [place, place], color=looks[system].colour, linewidth=1.4)
+            axes.plot([estimate.mean], [place], **looks[system].points)
+            ticks[place] = short_name(name, 31)
+            place += 1
+    axes.set_yticks(list(ticks), list(ticks.values()))
+
+
 def _share(counts: Counter[str] | None, fate: str) -> float:
     return counts[fate] / counts.total() if counts else 0.0
 
 
-def _cells(found: Estimate | None) -> tuple[float | None, ...]:
-    """Return a mean and the ends of its interval, as cells of a table."""
-    return (found.mean, found.low, found.high) if found else (None, None, None)
-
-
-def _draw_interval(axes: "Axes", found: Estimate, place: float, style: Style) -> None:
-    if found.low is not None and found.high is not None:
-        axes.plot([found.low, found.high], [place, place], color=style.colour, linewidth=1.4)
-    axes.plot([found.mean], [place], **style.points)
+def _cells(estimate: Estimate | None) -> tuple[float | None, ...]:
+    return (estimate.mean, estimate.low, estimate.high) if estimate else (None, None, None)
 
 
 def _label_faults(axes: "Axes", faults: Sequence[Fault]) -> None:

@@ -1,4 +1,4 @@
-"""Stored runs: found, read, checked, and computed again where that is asked for."""
+"""Stored runs: read, checked and, on request, computed again."""
 
 import hashlib
 import json
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
-from msgspec import UNSET, to_builtins
+from msgspec import to_builtins
 
 from sunset.errors import RecordError
 from sunset.evaluation.intervals import Cluster
@@ -21,11 +21,11 @@ from sunset.recording import (
     read_timeline,
     stored_figures,
 )
-from sunset.system import DURATION_S, REPAIR, degradations_of, suite_size
+from sunset.system import DURATION_S, REPAIR
 from sunset.workers import Progress
 
 FIGURES: Final = RunMetrics.names()
-"""The names of a run's figures, as `RunMetrics` has them."""
+"""The names of a run's figures, as of `RunMetrics`."""
 
 _CHECKSUM: Final = 8
 """Digits of a short checksum."""
@@ -33,13 +33,13 @@ _CHECKSUM: Final = 8
 
 @dataclass(frozen=True, slots=True, order=True)
 class Flight:
-    """What a run is measured on.
+    """The flight of a run.
 
     Attributes:
-        duration_s: how long is measured [s].
-        looped: whether the bag begins anew where it ends.
-        bag: the bag's checksum; empty if it is not known.
-        name: what the flight is called; empty if it is not known.
+        duration_s: the measured time [s].
+        looped: whether the bag is repeated after its end.
+        bag: the bag's checksum; empty if it is unknown.
+        name: the flight's name; empty if it is unknown.
     """
 
     duration_s: float
@@ -62,7 +62,7 @@ class Flight:
         }
 
     def label(self, *, bag: bool = False) -> str:
-        """Return what a name must say of it: what is unlike the paper's and, if that is asked for, the bag.
+        """Return the suffix for a name: differences from the paper's flight and, if `bag`, the flight.
 
         >>> Flight(20.0, bag="3c").label(), Flight(4.0, looped=True, bag="3c").label(bag=True)
         ('', ' [4 s] [looped] [flight 3c]')
@@ -76,34 +76,34 @@ class Flight:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRow:
-    """One stored run.
+    """A stored run.
 
     Attributes:
-        scenario: where scenarios with one name differ in their faults, with `faults`.
-        suite: empty for a scenario of one's own.
-        manager: where managing systems with one name differ in their files, with `sources`.
-        model: where models with one name differ, with `setting`.
+        scenario: its name, with `faults` where scenarios with this name differ.
+        suite: empty for a user's own scenario.
+        manager: its name, with `sources` where managing systems with this name differ.
+        model: its name, with `setting` where models with this name differ.
         setting: a short checksum of the model's networks, and of its thresholds on the flight.
-        sources: a short checksum of the files that the managing system is written in; empty if it is unknown.
+        sources: a short checksum of the managing system's files; empty if it is unknown.
         faults: a short checksum of the scenario's faults.
-        alike: the degradations by which runs are clustered; the outages, if there are none.
-        suite_size: how many scenarios its suite has; 0 if that is not known.
+        alike: the degradations by which runs are clustered, else the outages.
+        suite_size: the number of scenarios in its suite; 0 if it is unknown.
         digest: of the record's messages.
-        metrics: the figures by name; None where there is none to take.
-        outcomes: what became of its faults.
-        frames: how many the measured time has.
-        evidence: what its managing system looked at.
-        version: of the package that it was run with, and of its extensions; empty if it is unknown.
-        others: the versions of other packages, those that its managing system imported included, by name.
-        valid: whether the run counts.
-        reason: why it does not; empty if it does.
+        metrics: the figures by name; None where a figure is not applicable.
+        outcomes: of its faults.
+        frames: the number of frames of the measured time.
+        evidence: of its managing system.
+        version: of SUNSET and of extensions; empty if it is unknown.
+        others: package → version, also of packages that its managing system imported.
+        valid: whether the run is valid.
+        reason: why it is invalid.
         task: of its managing system, `repair` or `diagnose`.
-        thinking_s: what every decision of its managing system took of the experiment's time [s].
+        thinking_s: the experiment's time that each decision took [s].
         failed: how its managing system failed, in a sentence; empty if it did not.
-        missing_walls: which walls around a user's own managing system were missing.
-        warning: what a reader must know of the flight with this model, in a sentence; empty if nothing.
-        is_empty: whether it failed as a whole, so that there is no record and no figure.
-        differing: the figures that were computed again and are stored otherwise.
+        missing_walls: the missing walls around a user's own managing system.
+        warning: a sentence about the flight with this model; may be empty.
+        is_empty: whether the whole run failed, so that record and figures are missing.
+        differing: the figures whose stored value differs from the computed value.
     """
 
     folder: Path
@@ -138,55 +138,37 @@ class RunRow:
 
     @property
     def cluster(self) -> Cluster:
-        """What the run has in common with others."""
+        """Its levels for confidence intervals."""
         return Cluster(self.alike or self.scenario, self.flight, self.seed)
 
     @property
     def conditions(self) -> tuple[str, Flight, str, float, str, str]:
-        """What the runs of a row have in common: model, flight, task, thinking time, middleware and version."""
+        """The common properties of the runs of a row."""
         return (self.model, self.flight, self.task, self.thinking_s, self.middleware, self.version)
 
     @property
     def experiment(self) -> tuple[object, ...]:
-        """What makes runs of two managing systems a pair.
-
-        The same scenario, model, flight, middleware, task, thinking time and version; and the seed, which is the last.
-        """
+        """The common properties of the runs of a pair: all but the managing system. The last is the seed."""
         return (self.suite, self.scenario, self.setting, *self.conditions, self.seed)
 
 
 def load_results(folder: Path, *, again: bool = False, progress: Progress | None = None) -> list[RunRow]:
     """Return every run below a folder, in order of its path in its campaign.
 
-    So the shards of a campaign give, from folders of their own, the rows of the whole in the same order. A run that
-    lies there twice, with the same messages, is returned once.
+    So the shards of a campaign in different folders give the same order as the whole. Two copies of a run are returned
+    once.
 
     Args:
-        folder: of one run, of a campaign, or of several; hidden folders in it are not looked at, since
-            unfinished runs are kept in such.
-        again: compute the figures from the recorded messages instead of reading the stored ones.
+        folder: of a run, of a campaign, or of several campaigns; hidden folders have unfinished runs, and are skipped.
+        again: compute the figures from the recorded messages instead of reading them.
         progress: called after each run.
 
     Raises:
-        RecordError: there is no such folder, no run in it, one that is damaged, or two with the same messages that
-            differ in what is stored beside them.
+        RecordError: the folder is missing or without runs, a run is damaged, or two copies of a run differ.
     """
-    if folder.is_file():
-        raise RecordError(
-            f"{folder} is a file, not a folder of runs: check a bundle with 'sunset verify', or unpack it and name "
-            "that folder."
-        )
-    if not folder.is_dir():
-        raise RecordError(f"There is no folder {folder}; name the one that 'sunset bench --out' wrote.")
-    found = [
-        file.parent
-        for file in sorted(folder.rglob(RUN_FILE), key=_place)
-        if not any(part.startswith(".") for part in file.relative_to(folder).parts)
-    ]
-    if not found:
-        raise RecordError(f"There is no finished run below {folder}: no folder with a {RUN_FILE} in it.")
+    folders = _run_folders(folder)
     rows: dict[tuple[object, ...], RunRow] = {}
-    for done, place in enumerate(found, 1):
+    for done, place in enumerate(folders, 1):
         try:
             row = _read(place, again=again)
         except RecordError as error:
@@ -199,26 +181,40 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
         messages = (row.scenario, row.faults, row.seed) if row.is_empty else (row.digest,)
         _check_copy(row, rows.setdefault((*setup, *messages), row))
         if progress is not None:
-            progress(done, len(found))
+            progress(done, len(folders))
     runs = list(rows.values())
     for name, checksum in (("model", "setting"), ("manager", "sources"), ("scenario", "faults")):
-        runs = _tell_apart(runs, name, checksum)
+        runs = _with_checksums(runs, name, checksum)
     return runs
 
 
+def _run_folders(folder: Path) -> list[Path]:
+    if folder.is_file():
+        raise RecordError(
+            f"{folder} is a file, not a folder of runs: check a bundle with 'sunset verify', or unpack it and name "
+            "that folder."
+        )
+    if not folder.is_dir():
+        raise RecordError(f"There is no folder {folder}; name the one that 'sunset bench --out' wrote.")
+    folders = [
+        file.parent
+        for file in sorted(folder.rglob(RUN_FILE), key=_place)
+        if not any(part.startswith(".") for part in file.relative_to(folder).parts)
+    ]
+    if not folders:
+        raise RecordError(f"There is no finished run below {folder}: no folder with a {RUN_FILE} in it.")
+    return folders
+
+
 def _place(file: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return where a run stands among others: its path from its campaign's folder on, and its whole path."""
+    """Return the key of runs' order: the path in the campaign's folder, and the whole path."""
     parts = file.parts
     start = len(parts) - parts[::-1].index("runs") if "runs" in parts else 0
     return parts[start:], parts
 
 
 def _check_copy(row: RunRow, known: RunRow) -> None:
-    """Refuse a run with the messages of another one, unless it is the same.
-
-    Raises:
-        RecordError: something else is stored beside them, so that one of the two was edited.
-    """
+    """Refuse a copy of a run that differs from it."""
     for name in ("scenario", "faults", "model", "seed", "valid", "metrics"):
         values = getattr(row, name), getattr(known, name)
         if values[0] != values[1] and None not in values:
@@ -228,15 +224,12 @@ def _check_copy(row: RunRow, known: RunRow) -> None:
             )
 
 
-def _tell_apart(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow]:
-    """Return the rows, with the checksum behind each name that stands for several things.
-
-    Thresholds of a model belong to the flight, so that a model is one thing if it is one on each flight.
-    """
-    found: defaultdict[tuple[str, Flight | None], set[str]] = defaultdict(set)
+def _with_checksums(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow]:
+    """Return the rows, with the checksum behind ambiguous names; models have different thresholds on each flight."""
+    known: defaultdict[tuple[str, Flight | None], set[str]] = defaultdict(set)
     for row in rows:
-        found[getattr(row, name), row.flight if name == "model" else None].add(getattr(row, checksum))
-    several = {key[0] for key, checksums in found.items() if len(checksums) > 1}
+        known[getattr(row, name), row.flight if name == "model" else None].add(getattr(row, checksum))
+    several = {key[0] for key, checksums in known.items() if len(checksums) > 1}
     rows = list(rows)
     for place, row in enumerate(rows):
         if getattr(row, name) in several:
@@ -246,7 +239,6 @@ def _tell_apart(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow
 
 
 def _read(folder: Path, *, again: bool) -> RunRow:
-    """Read one run's `run.json` and check what the table needs of it."""
     run = read_run(folder)
     computed = score(read_timeline(folder)) if again and not run.is_empty else None
     extensions = " and ".join(
@@ -277,8 +269,8 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         task=run.task,
         thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
-        alike=degradations_of(fault.name for fault in run.faults) if run.alike is UNSET else run.alike,
-        suite_size=suite_size(run.suite, run.scenario) if run.suite_size is UNSET else run.suite_size,
+        alike=run.alike or "",
+        suite_size=run.suite_size or 0,
         failed=run.manager_failed or "",
         missing_walls=run.missing_walls or (),
         warning=run.flight_warning or "",

@@ -1,4 +1,4 @@
-"""A report's first page: the score with what stands beside it, and how neighbours differ."""
+"""A report's first page: scores with the figures beside them, and differences between neighbours."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -38,11 +38,11 @@ _BESIDE: Final = (
 
 
 def lead_blocks(tables: Sequence[ScoreTable]) -> tuple[Block, ...]:
-    """Return the tables that a report leads with."""
+    """Return the tables of a report's first page."""
     blocks = []
     for table in tables:
         names = re.findall(r"[a-z0-9.]+", table.title.lower())
-        rows = sorted(table.rows, key=lambda row: row.evidence == "images")  # no ranking of unlike evidence
+        rows = sorted(table.rows, key=lambda row: row.evidence == "images")  # evidence is ranked apart
         parts = (
             ("The score", "score", _SCORE_COLUMNS, map(_score_line, rows)),
             ("Harm where there is nothing to repair", "harm", _HARM_COLUMNS, _harm_lines(table)),
@@ -64,15 +64,15 @@ def lead_blocks(tables: Sequence[ScoreTable]) -> tuple[Block, ...]:
 
 
 def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
-    """Return what stands beneath a report about these tables."""
+    """Return the notes of a report about its first page."""
     if not tables:
         return ()
     scored = [table for table in tables if table.has_scores]
     rows = [row for table in scored for row in table.rows]
     pairs = [pair for table in tables for pair in table.neighbours]
     estimates = [
-        *(found for row in rows for found in (row.score, row.harm)),
-        *(found for pair in pairs for found in (pair.score, pair.utility)),
+        *(estimate for row in rows for estimate in (row.score, row.harm)),
+        *(estimate for pair in pairs for estimate in (pair.score, pair.utility)),
     ]
     return (
         SCORE_METHOD if scored else NO_SCORE,
@@ -88,19 +88,21 @@ def lead_notes(tables: Sequence[ScoreTable]) -> tuple[str, ...]:
         ),
         *([DIFFERENCE_METHOD] if pairs else []),
         *filter(None, map(_sizes, scored)),
-        *([NO_INTERVAL] if any(found and found.lacks_interval for found in estimates) else []),
+        *([NO_INTERVAL] if any(estimate and estimate.lacks_interval for estimate in estimates) else []),
     )
 
 
 def _price_note(table: ScoreTable, evidence: str) -> str:
-    """Return the order of those that looked at the same, and where it is another one at multiples of the prices."""
+    """Return a note about the order of rows with the same evidence, and its changes at multiples of the prices."""
     orders = table.orders_of(evidence)
     order = orders[1.0]
     changed: dict[tuple[str, ...], list[str]] = {}
     for multiple, other in orders.items():
         if other != order:
             changed.setdefault(_changed(other, order), []).append(f"{multiple:g}")
-    others = [f"at {listed(found)} times the prices {' > '.join(names)}" for names, found in changed.items()]
+    others = [
+        f"at {listed(multiples)} times the prices {' > '.join(names)}" for names, multiples in changed.items()
+    ]
     same = [f"{multiple:g}" for multiple, other in orders.items() if multiple != 1 and other == order]
     if same:
         others.insert(0, f"the same at {listed(same)} times the prices")
@@ -109,7 +111,7 @@ def _price_note(table: ScoreTable, evidence: str) -> str:
 
 
 def _sizes(table: ScoreTable) -> str:
-    """Say how many of what may vary a table's intervals are of; nothing if it has none."""
+    """Return a note about the numbers of degradations, flights and seeds; empty without intervals."""
     sizes = max(
         (row.score.spread.sizes for row in table.rows if row.score and row.score.spread), default=None
     )
@@ -126,18 +128,18 @@ def _where(table: ScoreTable) -> str:
 
 
 def _changed(order: tuple[str, ...], usual: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the part of an order that is unlike another order of the same names."""
+    """Return the part of an order that differs from the usual order."""
     places = [place for place, names in enumerate(zip(order, usual, strict=True)) if len(set(names)) > 1]
     return order[places[0] : places[-1] + 1]
 
 
 def _score_line(row: ScoreRow) -> Line:
     lost = {"invalid": row.invalid, "missing": row.missing}
-    runs = ", ".join([str(row.runs), *(f"{number} {what}" for what, number in lost.items() if number)])
-    # the references are what they are by definition
+    runs = ", ".join([str(row.runs), *(f"{number} {state}" for state, number in lost.items() if number)])
+    # the scores of references are 0 and 1 by definition
     score = Quantity(row.score.mean) if row.score and row.is_reference else interval_cell(row.score)
     quality, down, needless = (
-        None if found is None else Quantity(found.mean) for found in row.estimates.values()
+        None if estimate is None else Quantity(estimate.mean) for estimate in row.estimates.values()
     )
     return Line(
         row.system,

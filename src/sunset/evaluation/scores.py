@@ -1,4 +1,4 @@
-"""The score of managing systems: how much of what repairing can win each of them wins."""
+"""The score of managing systems: the share of the possible gain of repairing that each reaches."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ from sunset.recording import SCORE_REFERENCES, TABLE_REFERENCES
 from sunset.system import REPAIR
 
 Systems: TypeAlias = Mapping[str, Sequence[RunRow]]
-"""The runs of managing systems by name; none is empty."""
+"""Name of a managing system → its runs, at least one."""
 LEAST_GAIN: Final = 0.02
-"""Where the references differ by less in the mean of seeds, there is nothing to repair: such runs count for harm."""
+"""The least gain of repairing, in the mean of seeds, of runs that count for the score; others count for harm."""
 PRICE_MULTIPLES: Final = (0.0, 0.5, 1.0, 2.0, 4.0)
 """The multiples of the prices at which a report gives the order."""
 FIRST_FIGURES: Final = ("iou_all", "t_down_s", "needless")
@@ -31,13 +31,13 @@ SCORE_METHOD: Final = (
     "frames of healthy output. A run that is invalid or missing counts as none's, or as it was if worse."
 )
 HARM: Final = f"Harm: mean(none's - utility) over the runs in which repairing wins less than {LEAST_GAIN}."
-"""How scores and harm come about, in words."""
+"""The definitions of score and harm, in words."""
 
 NO_SCORE: Final = (
     "There is no score: it needs a flight with labels, and runs of none and oracle with the same scenarios, flights "
     "and seeds, each of the two in one version."
 )
-"""What stands beneath a report without scores."""
+"""A note for reports without scores."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,18 +45,18 @@ class ScoreRow:
     """A managing system in a suite, on all its flights.
 
     Attributes:
-        system: what the row is called.
+        system: the row's name.
         manager: the managing system.
-        evidence: what it looked at, in a word.
-        runs: how many there are.
-        invalid: how many of them are invalid.
-        missing: how many others of the table have that this one has not.
-        score: over the runs in which there is something to repair; None where there is none.
-        harm: what utility loses against never repairing, over the others; None likewise.
-        unpaired: how many have no valid counterpart of both references, and count for neither.
+        evidence: `symptoms` or `images`; `nothing` and `faults` for the references.
+        runs: the number of runs.
+        invalid: the number of invalid runs.
+        missing: the number of runs that only other managing systems of the table have.
+        score: over the runs with something to repair; None without such runs.
+        harm: the utility of never repairing less its own, over the other runs; None without such runs.
+        unpaired: the number of runs without valid runs of both references, which count for neither.
         estimates: figure → estimate over the valid runs.
-        faults: how many there were in the valid runs.
-        cured: how many of them were cured.
+        faults: the number of faults in the valid runs.
+        cured: the number of cured faults.
     """
 
     system: str
@@ -74,16 +74,16 @@ class ScoreRow:
 
     @property
     def is_reference(self) -> bool:
-        """Whether it is one of the two that scores are measured between."""
+        """Whether it is `none` or `oracle`, whose scores are 0 and 1."""
         return self.manager in SCORE_REFERENCES
 
     @property
     def is_calm(self) -> bool:
-        """Whether most of its runs had nothing to repair, so that its harm says more than its score."""
+        """Whether most of its runs had nothing to repair, so that the harm says more than the score."""
         return self.harm is not None and 2 * self.harm.runs > self.runs
 
     def is_comparable(self, other: "ScoreRow") -> bool:
-        """Return whether both looked at the same; the references are compared with all."""
+        """Return whether both have the same evidence, or one is a reference."""
         return self.evidence == other.evidence or self.is_reference or other.is_reference
 
     def to_json(self) -> dict[str, object]:
@@ -107,11 +107,11 @@ class ScoreTable:
     """The managing systems of a suite, on all its flights, from the best to the worst.
 
     Attributes:
-        title: the suite and, where others of the report have the same one, what tells them apart.
-        example: one of the runs, which have all but managing system, scenario, flight and seed in common.
-        rows: by score; by harm, where there is nothing to repair in most runs; else by the mean utility.
-        differences: between every two that looked at the same, the better first.
-        orders: multiple of the prices → the rows' names by the score at these prices; empty without scores.
+        title: the suite, with its settings if other tables have the same suite.
+        example: a run; all runs have the same settings.
+        rows: in order of score; of harm if most runs have nothing to repair; else of mean utility.
+        differences: between comparable rows, the better first.
+        orders: multiple of the prices → the rows' names in order of score at these prices; empty without scores.
     """
 
     title: str
@@ -122,26 +122,26 @@ class ScoreTable:
 
     @property
     def has_scores(self) -> bool:
-        """Whether there are any."""
+        """Whether a row has a score or harm."""
         return any(row.score or row.harm for row in self.rows)
 
     @property
     def classes(self) -> Mapping[str, tuple[str, ...]]:
-        """What managing systems looked at → the names of those that did, and of the references, the best first."""
-        found = {row.evidence for row in self.rows if not row.is_reference} or {"symptoms"}
+        """Evidence → the names of managing systems with this evidence and of the references, the best first."""
+        evidences = {row.evidence for row in self.rows if not row.is_reference} or {"symptoms"}
         return {
             evidence: tuple(row.system for row in self.rows if row.is_reference or row.evidence == evidence)
-            for evidence in sorted(found, reverse=True)
+            for evidence in sorted(evidences, reverse=True)
         }
 
     @property
     def neighbours(self) -> tuple[ManagerDifference, ...]:
-        """The differences between rows that follow one another among those that looked at the same."""
+        """The differences between successive rows with the same evidence."""
         pairs = {pair for names in self.classes.values() for pair in pairwise(names)}
-        return tuple(found for found in self.differences if (found.first, found.second) in pairs)
+        return tuple(pair for pair in self.differences if (pair.first, pair.second) in pairs)
 
     def orders_of(self, evidence: str) -> dict[float, tuple[str, ...]]:
-        """Return the orders of those that looked at the same, by the multiple of the prices."""
+        """Return multiple of the prices → the order of managing systems with the same evidence."""
         names = self.classes[evidence]
         return {
             multiple: tuple(name for name in order if name in names)
@@ -150,7 +150,7 @@ class ScoreTable:
 
     @property
     def about(self) -> dict[str, object]:
-        """What its runs have in common, as JSON values."""
+        """The common settings of its runs, as JSON values."""
         run = self.example
         return {
             "suite": run.suite,
@@ -175,24 +175,14 @@ class ScoreTable:
 
 
 def utility(run: RunRow, healthy: Figures, multiple: float = 1.0) -> float | None:
-    """Return a run's utility at a multiple of the prices; None where no frame has labels.
-
-    Args:
-        run: the run.
-        healthy: the healthy IoU of never repairing, by experiment: what is done in the warm-up changes no price.
-        multiple: of the prices.
-    """
+    """Return a run's utility at a multiple of the prices, with the healthy IoU of `none`; None without labels."""
     whole, cost = run.metrics["iou_all"], run.metrics["cost_frames"] or 0.0
     worth = healthy.get(run.experiment, run.metrics["iou_healthy"] or 0.0)
     return None if whole is None else utility_of(whole, multiple * cost, worth, run.frames)
 
 
 def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
-    """Return a table for each suite in which managing systems repaired.
-
-    Runs of different models, durations, middlewares, thinking times or versions of the package are never put together;
-    those on different flights are, since a score is of pairs.
-    """
+    """Return a table for each suite in which managing systems repaired; models and other settings have own tables."""
     tables: dict[str, dict[str, list[RunRow]]] = {}
     repairing = [run for run in runs if run.task == REPAIR]
     for name, group in named_groups(repairing, by_flight=False, name_suite=False):
@@ -201,7 +191,7 @@ def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
     return [
         _table(title, systems)
         for title, systems in tables.items()
-        # a table of none alone that the paper's table refers to would say nothing
+        # a table of the paper's reference rows alone says nothing
         if not all(
             (run.suite, run.manager) in TABLE_REFERENCES for group in systems.values() for run in group
         )
@@ -209,15 +199,15 @@ def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
 
 
 class _Measured(NamedTuple):
-    """Utilities, and what they are measured against.
+    """Utilities by experiment.
 
     Attributes:
-        healthy: the healthy IoU of never repairing, by experiment.
-        nothing: the utility of never repairing.
-        scored: what repairing wins, where that is enough for a score.
-        others: what it wins elsewhere.
-        systems: the utilities of each managing system, by name.
-        clusters: what each run has in common with others.
+        healthy: the healthy IoU of `none`.
+        nothing: the utility of `none`.
+        scored: the gain of `oracle`, where it is enough for a score.
+        others: the gain of `oracle` elsewhere.
+        systems: name → utilities.
+        clusters: of the runs.
     """
 
     healthy: Figures
@@ -229,11 +219,7 @@ class _Measured(NamedTuple):
 
 
 def score_rows(systems: Systems) -> tuple[ScoreRow, ...]:
-    """Return the scores of managing systems, from the best to the worst.
-
-    Args:
-        systems: what the row is called → runs that can be put side by side.
-    """
+    """Return the scores of managing systems with comparable runs, from the best to the worst."""
     return _rows(systems, _measured(systems))
 
 
@@ -316,10 +302,9 @@ def _rows(systems: Systems, measured: _Measured) -> tuple[ScoreRow, ...]:
 
 
 def _evidence(runs: Sequence[RunRow]) -> str:
-    """Return what a managing system looked at: the references at nothing, and at the faults."""
-    known = dict(zip(SCORE_REFERENCES, ("nothing", "faults"), strict=True))
-    looked = "images" if any(run.evidence == "images" for run in runs) else "symptoms"
-    return known.get(runs[0].manager, looked)
+    references = dict(zip(SCORE_REFERENCES, ("nothing", "faults"), strict=True))
+    evidence = "images" if any(run.evidence == "images" for run in runs) else "symptoms"
+    return references.get(runs[0].manager, evidence)
 
 
 def _figures(
@@ -329,14 +314,11 @@ def _figures(
     expected: Iterable[Experiment],
     multiple: float = 1.0,
 ) -> Figures:
-    """Return the utility of a managing system's runs; where a run is invalid or missing, that of never repairing.
-
-    An invalid run with a lower utility keeps it.
-    """
+    """Return a managing system's utilities, in invalid and missing runs the utility of `none`, or its own if lower."""
     known = _utilities(runs, healthy, multiple)
     for key in expected:
         known.setdefault(key, nothing[key])
-    for run in runs:  # what was done before a rule was broken counts
+    for run in runs:
         value = utility(run, healthy, multiple)
         if not run.valid and run.experiment in known and value is not None:
             known[run.experiment] = min(known[run.experiment], value)
@@ -344,25 +326,25 @@ def _figures(
 
 
 def _order(systems: Systems, measured: _Measured, multiple: float) -> tuple[str, ...]:
-    """Return the names of managing systems by what they win at a multiple of the prices, the best first."""
-    won = {}
+    """Return the names of managing systems by their gain at a multiple of the prices, the best first."""
+    gains = {}
     for name, runs in systems.items():
         known = _figures(runs, measured.healthy, measured.nothing, measured.scored, multiple)
-        won[name] = fsum(known[key] - measured.nothing[key] for key in measured.scored)
-    return tuple(sorted(won, key=lambda name: -won[name]))
+        gains[name] = fsum(known[key] - measured.nothing[key] for key in measured.scored)
+    return tuple(sorted(gains, key=lambda name: -gains[name]))
 
 
 def _utilities(runs: Sequence[RunRow], healthy: Figures, multiple: float = 1.0) -> dict[Experiment, float]:
-    """Return the utility of valid runs by experiment; the mean of several that one managing system has made unlike."""
-    found: dict[Experiment, list[float]] = {}
+    """Return experiment → utility of valid runs; the mean over several runs of an experiment."""
+    utilities: dict[Experiment, list[float]] = {}
     for run in runs:
         if run.valid and (value := utility(run, healthy, multiple)) is not None:
-            found.setdefault(run.experiment, []).append(value)
-    return {experiment: fmean(values) for experiment, values in found.items()}
+            utilities.setdefault(run.experiment, []).append(value)
+    return {experiment: fmean(values) for experiment, values in utilities.items()}
 
 
 def _rank(row: ScoreRow, figures: Figures) -> tuple[float, float]:
-    """Return what rows are sorted by, the best first: the score, or the harm if most runs give that; then utility."""
+    """Return the key of rows' order, the best first: the score, or the harm of calm rows; then the utility."""
     mean = fmean(figures.values()) if figures else 0.0
     if row.is_calm and row.harm:
         return (row.harm.mean, -mean)

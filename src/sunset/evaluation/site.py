@@ -1,4 +1,4 @@
-"""The first page of a site of stored runs: the table, and each run a click away."""
+"""The first page of a site of stored runs: the report, and a table of links to runs."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -13,19 +13,14 @@ from sunset.evaluation.webpage import as_html
 
 
 def index_page(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
-    """Return the first page: the report of runs, its figures, and a table of links to the pages of these runs.
-
-    Args:
-        runs: the runs.
-        pages: folder of a run → its page, relative to this one; those that failed have none.
-    """
+    """Return the first page: the report of runs, its figures, and a table of links to `pages` (folder → page)."""
     tables = score_tables(runs)
     figures = figures_as_html(runs, tables)
     return as_html(arrange(summarise(runs), tables, every=True), _listing(runs, pages), figures)
 
 
 def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
-    """Return a table with a row for each scenario, and a column for each managing system."""
+    """Return a table of links with a row for each scenario, and a column for each managing system."""
     names = {run.folder: name for name, group in named_groups(runs, name_suite=False) for run in group}
     cells: dict[str, dict[str, list[RunRow]]] = {}
     for run in runs:
@@ -34,9 +29,9 @@ def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
     heads = "".join(f'<th scope="col">{escape(system)}</th>' for system in systems)
     rows = "\n".join(
         f'<tr><th scope="row">{escape(scenario)}</th>'
-        + "".join(f"<td>{_links(found.get(system, []), pages)}</td>" for system in systems)
+        + "".join(f"<td>{_links(row.get(system, []), pages)}</td>" for system in systems)
         + "</tr>"
-        for scenario, found in cells.items()
+        for scenario, row in cells.items()
     )
     return f"""<h2>The runs</h2>
 <p>By scenario and managing system, each run by its seed, with its IoU over all frames. A run's page replays it.</p>
@@ -51,7 +46,6 @@ def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
 
 
 def _links(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
-    """Return the runs of a cell: a link each, with what its page shows; of those that do not count, why."""
     return ", ".join(_link(run, pages.get(run.folder)) for run in sorted(runs, key=lambda run: run.seed))
 
 
@@ -60,8 +54,8 @@ def _link(run: RunRow, page: str | None) -> str:
     figure = "N/A" if iou is None else f"{iou:.2f}"
     remarks = {"invalid": not run.valid, "managing system failed": bool(run.failed)}
     remark = ", ".join(text for text, holds in remarks.items() if holds)
-    what = "failed" if run.is_empty else f"{figure} ({remark})" if remark else figure
-    text = f"{run.seed}: {what}"
+    outcome = "failed" if run.is_empty else f"{figure} ({remark})" if remark else figure
+    text = f"{run.seed}: {outcome}"
     reasons = " ".join(filter(None, (run.reason, run.failed)))
     reason = f' title="{escape(reasons)}"' if reasons else ""
     if page is None:

@@ -11,11 +11,11 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(100)
 
 
 def within(t: float, degrees: float) -> float:
-    """Return how probably a Student-distributed number is under t in magnitude.
+    """Return the probability that the magnitude of a Student-distributed number is under t.
 
     Args:
         t: at least 0.
-        degrees: of freedom, at least 2; not only whole numbers.
+        degrees: of freedom, at least 2; also fractions.
 
     Source: the density in the angle whose tangent is t / √degrees is a power of its cosine (Abramowitz and Stegun,
     Handbook of Mathematical Functions, 26.7), which is integrated after Gauss and Legendre.
@@ -31,11 +31,7 @@ def within(t: float, degrees: float) -> float:
 
 @lru_cache(maxsize=1024)
 def quantile(confidence: float, degrees: float) -> float:
-    """Return the t that a Student-distributed number stays under, in magnitude, with a probability.
-
-    Args:
-        confidence: the probability, at least 0 and less than 1.
-        degrees: of freedom, at least 2.
+    """Return the t with `within(t, degrees) = confidence`, which is at least 0 and less than 1.
 
     >>> round(quantile(0.95, 2), 3)
     4.303

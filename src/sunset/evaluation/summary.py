@@ -1,9 +1,10 @@
-"""From runs to the rows of the table: one a managing system."""
+"""The rows of the table, with the runs of a managing system each."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from math import inf
+from operator import attrgetter
 from pathlib import PurePath
 from types import MappingProxyType
 from typing import Final
@@ -18,12 +19,8 @@ from sunset.recording import TABLE_REFERENCES
 from sunset.schemas import fields_of
 from sunset.system import REPAIR
 
-_REFERENCE_FIGURES: Final = (
-    "iou",
-    "iou_all",
-    "miou",
-    "frames_without_truth",
-)  # there is no managing system to judge
+_REFERENCE_FIGURES: Final = ("iou", "iou_all", "miou", "frames_without_truth")
+"""The figures of rows that judge no managing system."""
 PAPER_SUITES: Final = frozenset({"paper", "nofault", "degraded"})
 """The suites of the paper's table."""
 _SUITES: Final = ("paper", "artifact", "nofault", "degraded")
@@ -34,17 +31,17 @@ _SUITE_LABELS: Final = MappingProxyType(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SystemRow:
-    """One row of the table.
+    """A row of the table.
 
     Attributes:
-        system: what the row is called.
-        example: one of its runs, which have all but scenario and seed in common.
-        all_runs: its runs, those that do not count included.
-        runs: how many of them are valid.
+        system: its name.
+        example: a run of the row; its runs have all but scenario and seed in common.
+        all_runs: its runs, also invalid runs.
+        runs: the number of valid runs.
         estimates: figure → estimate over the valid runs; None where it is not applicable.
         episodes: failure episodes of all valid runs together.
-        unresolved: those of them that no adaptation ended.
-        outcomes: what became of the faults of all valid runs; nothing of reference rows.
+        unresolved: episodes that no adaptation ended.
+        outcomes: of the faults of all valid runs; empty for reference rows.
     """
 
     system: str
@@ -58,56 +55,56 @@ class SystemRow:
 
     @property
     def is_reference(self) -> bool:
-        """Whether it shows what can be had without a managing system, and judges none."""
+        """Whether it shows the managed system alone."""
         return (self.example.suite, self.example.manager) in TABLE_REFERENCES
 
     @property
     def unresolved_rate(self) -> float | None:
-        """The share of all episodes that are unresolved; None where there are none, or none counts."""
+        """The share of unresolved episodes; None without episodes, and for reference rows."""
         return self.unresolved / self.episodes if self.episodes and not self.is_reference else None
 
     @property
     def cured(self) -> int:
-        """How many of the faults were cured."""
+        """The number of cured faults."""
         return sum(outcome.cured is not None for outcome in self.outcomes)
 
     @property
     def cured_rate(self) -> float | None:
-        """The share of the faults that was cured; None where there was none."""
+        """The share of cured faults; None without faults."""
         return self.cured / len(self.outcomes) if self.outcomes else None
 
     @property
     def fates(self) -> dict[str, dict[str, int]]:
-        """How many of each fault were cured, masked or missed: fault → fate → number."""
-        counts = {name: dict.fromkeys(FATES, 0) for name in sorted({one.fault for one in self.outcomes})}
+        """The number of faults by fate: fault → fate → number."""
+        names = sorted({outcome.fault for outcome in self.outcomes})
+        counts = {name: dict.fromkeys(FATES, 0) for name in names}
         for outcome in self.outcomes:
             counts[outcome.fault][outcome.fate] += 1
         return counts
 
 
 def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
-    """Return one row a managing system and suite, the paper's two reference rows first.
+    """Return a row for each managing system and suite, the paper's two reference rows first.
 
-    Runs of different models, flights, middlewares or versions of the package are never put together; where there are
-    several, the row's name says which. It always says of a flight that it was looped, or measured for another time than
-    the paper's, of a suite that only a part of its scenarios was run, and of decisions that they took time. Invalid
-    runs take no part in any figure, and are listed.
+    Runs of different models, flights, middlewares or versions are in different rows, whose names say which if there are
+    several. Names also mark looped flights, unusual durations, incomplete suites and thinking time. Invalid runs count
+    for no figure, and are listed.
     """
     return [_row(name, group) for name, group in named_groups(rows)]
 
 
 def estimate_figure(runs: Sequence[RunRow], name: str) -> Estimate | None:
-    """Return the mean of a figure of runs, with an interval of what the figure can be; None if no run has it."""
-    found = estimate([run.metrics[name] for run in runs], [run.cluster for run in runs])
-    if found is None:
+    """Return the mean of a figure of runs, with an interval within the figure's limits; None if no run has it."""
+    mean = estimate([run.metrics[name] for run in runs], [run.cluster for run in runs])
+    if mean is None:
         return None
     least, most = _limits(name)
-    return found.within(least, min(most, runs[0].flight.duration_s) if name.endswith("_s") else most)
+    return mean.limited(least, min(most, runs[0].flight.duration_s) if name.endswith("_s") else most)
 
 
 @cache
 def _limits(name: str) -> tuple[float, float]:
-    """Return what a figure can be at least and at most."""
+    """Return the least and the largest value of a figure."""
     kind = type_info(fields_of(RunMetrics)[name])
     kinds = kind.types if isinstance(kind, UnionType) else (kind,)
     number = next(each for each in kinds if isinstance(each, IntType | FloatType))
@@ -117,13 +114,12 @@ def _limits(name: str) -> tuple[float, float]:
 def named_groups(
     rows: Iterable[RunRow], *, by_flight: bool = True, name_suite: bool = True
 ) -> list[tuple[str, list[RunRow]]]:
-    """Return the runs that `summarise` puts into one row, with the row's name.
+    """Return the names of rows, as of `summarise`, with their runs.
 
     Args:
         rows: the runs.
-        by_flight: whether those on different flights are apart, and names say the settings; those of different
-            durations always are apart.
-        name_suite: whether the name says which suite was run.
+        by_flight: whether flights have different rows, and names the settings; durations always have different rows.
+        name_suite: whether names have the suite.
     """
     runs = list(rows)
     groups: dict[tuple[object, ...], list[RunRow]] = {}
@@ -143,21 +139,17 @@ def named_groups(
 
 
 def setting_label(run: RunRow, runs: Sequence[RunRow], part: str = "", *, by_flight: bool = True) -> str:
-    """Return what tells a run's row from others of a report: settings of which there are several.
-
-    It always has the task, the thinking time, and what of the flight is unlike the paper's.
+    """Return the settings in a row's name: unusual settings, and settings that differ within a report.
 
     Args:
-        run: one of the row.
-        runs: all of the report.
-        part: what stands behind the model.
-        by_flight: whether rows are of one flight.
+        run: a run of the row.
+        runs: all runs of the report.
+        part: the text behind the model.
+        by_flight: whether flights have different rows.
     """
     several_models, several_bags, several_middlewares, several_versions = (
-        len(values) > 1
-        for values in map(
-            set, zip(*((one.model, one.flight.bag, one.middleware, one.version) for one in runs), strict=True)
-        )
+        len({value(other) for other in runs}) > 1
+        for value in map(attrgetter, ("model", "flight.bag", "middleware", "version"))
     )
     return (
         (f" [{run.model}]" if several_models else "")
@@ -171,14 +163,14 @@ def setting_label(run: RunRow, runs: Sequence[RunRow], part: str = "", *, by_fli
 
 
 def part_label(group: Sequence[RunRow]) -> str:
-    """Return the suffix ` [3 of 54 scenarios]` for a name; empty if all were run, or the suite is not known."""
-    run = len({one.scenario.removesuffix(f" {one.faults}") for one in group})
-    size = max((one.suite_size for one in group), default=0)
-    return f" [{run} of {size} scenarios]" if run < size else ""
+    """Return the suffix ` [3 of 54 scenarios]` for a name; empty for a complete or unknown suite."""
+    number = len({run.scenario.removesuffix(f" {run.faults}") for run in group})
+    size = max((run.suite_size for run in group), default=0)
+    return f" [{number} of {size} scenarios]" if number < size else ""
 
 
 def _order(run: RunRow) -> tuple[object, ...]:
-    """Return what rows are sorted by: references, then suites, then managing systems."""
+    """Return the key of rows' order: references, then suites, then managing systems."""
     pair = (run.suite, run.manager)
     return (
         _place(pair, TABLE_REFERENCES),
@@ -197,10 +189,7 @@ def _place(item: object, order: Sequence[object]) -> int:
 
 
 def manager_names(managers: set[str]) -> dict[str, str]:
-    """Return managing system → short name: a file's without its folder, unless two would be the same.
-
-    A command keeps its folders, which are those of several words.
-    """
+    """Return managing system → short name: files without their folders, unless two names would be the same."""
     files = {manager for manager in managers if "/" in manager and not manager.startswith("exec:")}
     short = {manager: PurePath(manager).name if manager in files else manager for manager in managers}
     names = list(short.values())

@@ -1,4 +1,4 @@
-"""How figures draw managing systems: each in its own colour and marker, in all of them."""
+"""The colours and markers of managing systems, the same in all figures."""
 
 import hashlib
 from collections.abc import Iterable, Mapping
@@ -10,7 +10,7 @@ from sunset.figures import BLUE, ORANGE
 
 INK: Final = "#1b1b1b"
 PAPER: Final = "#ffffff"
-"""The colours of text and of what is behind it; a page puts its own in their place."""
+"""The colours of text and background, which a page replaces with its own."""
 
 
 class Style(NamedTuple):
@@ -21,7 +21,7 @@ class Style(NamedTuple):
 
     @property
     def points(self) -> dict[str, Any]:
-        """How matplotlib draws points."""
+        """The arguments with which matplotlib draws points."""
         edge = {"markeredgecolor": PAPER, "markeredgewidth": 0.6}
         size = 9 if self.marker == "*" else 6
         return {"color": self.colour, "marker": self.marker, "markersize": size, "linestyle": "none", **edge}
@@ -38,14 +38,14 @@ SHIPPED: Final[Mapping[str, Style]] = MappingProxyType(
         "oracle": Style(INK, "*"),
     }
 )
-"""Those that come with SUNSET, from the one that knows least to the one that knows most."""
+"""The styles of SUNSET's own managing systems, from the least informed to the best informed."""
 
 _COLOURS: Final = ("#56B4E9", "#E69F00", "#8C6BB1", "#A6761D")
 _OTHERS: Final = tuple(Style(colour, marker) for marker, colour in product("DPh<>", _COLOURS))
 
 
 def in_order(names: Iterable[str]) -> list[str]:
-    """Return managing systems in the order in which figures name them: those that come with SUNSET, then the others.
+    """Return managing systems in the order of figures: SUNSET's own, then the others.
 
     >>> in_order(["mine", "oracle", "baseline"])
     ['baseline', 'oracle', 'mine']
@@ -55,16 +55,16 @@ def in_order(names: Iterable[str]) -> list[str]:
 
 
 def styles(names: Iterable[str]) -> Mapping[str, Style]:
-    """Return how each managing system is drawn.
+    """Return the style of each managing system.
 
-    It depends on its name, so that it looks the same in every report, unless another one of them has its marker. More
-    than five of one's own share markers, and more than twenty look alike in part.
+    It depends on the name, so that it is the same in every report, unless another managing system has the same marker.
+    More than five of the user's own share markers, and more than twenty share styles.
     """
-    found: dict[str, Style] = {}
+    chosen: dict[str, Style] = {}
     for name in in_order(names):
         first = int.from_bytes(hashlib.sha256(name.encode()).digest()[:4]) % len(_OTHERS)
         choices = [SHIPPED[name]] if name in SHIPPED else [*_OTHERS[first:], *_OTHERS[:first]]
-        markers = {style.marker for style in found.values()}
-        used = set(found.values())
-        found[name] = min(choices, key=lambda style: (style.marker in markers, style in used))
-    return found
+        markers = {style.marker for style in chosen.values()}
+        used = set(chosen.values())
+        chosen[name] = min(choices, key=lambda style: (style.marker in markers, style in used))
+    return chosen

@@ -10,18 +10,18 @@ from sunset.tables import aligned, table_width
 
 _WIDTH: Final = 100
 _GAP: Final = 2
-_LEAST: Final = 11  # so wide is the first column at least
+_LEAST: Final = 11  # the least width of the first column
 
 
 def as_text(report: Report) -> str:
-    """Return a report as text; a name that is too long for its column has a line of its own."""
+    """Return a report as text; a name that is too long for its column gets a separate line."""
     parts = [_table(block) for block in report.blocks]
     parts.append("\n".join(map(wrapped, report.notes)))
     return "\n\n".join(parts) + "\n"
 
 
 def wrapped(text: str, indent: str = "  ") -> str:
-    """Return a text in lines for a terminal, with an indent of all but the first."""
+    """Return a text in lines for a terminal, all but the first with an indent."""
     return textwrap.fill(text, _WIDTH, subsequent_indent=indent, break_on_hyphens=False)
 
 
@@ -39,7 +39,7 @@ def _table(block: Block) -> str:
 
 
 def _shortened(text: str, width: int) -> str:
-    """Cut out the middle of a text that is too wide."""
+    """Return a text without its middle if it is too wide."""
     if cell_len(text) <= width:
         return text
     middle = len(text) // 2

@@ -1,4 +1,4 @@
-"""The report as one HTML page that needs nothing else."""
+"""The report as a self-contained HTML page."""
 
 from html import escape
 from typing import Final
@@ -45,7 +45,7 @@ def as_html(report: Report, more: str = "", figures: str = "") -> str:
     Args:
         report: its tables and notes.
         more: HTML behind the tables.
-        figures: HTML between what the report leads with and the paper's table.
+        figures: HTML before the paper's table.
     """
     parts = [_table(block) for block in report.blocks]
     labels = [block.label for block in report.blocks]

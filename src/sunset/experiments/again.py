@@ -14,7 +14,6 @@ from sunset.experiments.stored_faults import scenario_of
 from sunset.flights import FlightSpec
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import MANAGERS, checksum, is_registered
-from sunset.managing.files import written_files
 from sunset.recording import RunRecord, StoredRun, image_digests, read_messages, read_run
 from sunset.recording.reader import check_extensions, first_difference
 from sunset.rmw.backends import SIMULATED
@@ -67,13 +66,12 @@ def run_again(
             "names: read it, and say trust=True, or name it with manager."
         )
     spec, resources = _prepared(folder, stored, manager or name, model, bag, images=images)
-    if is_code and stored.manager_checksum and not is_registered(spec.manager):
-        found = [checksum(spec.manager, paths) for paths in written_files(spec.manager)]
-        if stored.manager_checksum not in found:
-            raise RecordError(
-                f"The run in {folder} was made with other source than {shown(spec.manager)} has now: restore it, or "
-                "say with manager where it is."
-            )
+    known = "" if is_registered(spec.manager) or not is_code else stored.manager_checksum
+    if known and known != checksum(spec.manager):
+        raise RecordError(
+            f"The run in {folder} was made with other source than {shown(spec.manager)} has now: restore it, or say "
+            "with manager where it is."
+        )
     again = run_prepared(spec, resources, into)
     if again.digest != stored.digest:
         causes = ", ".join(_differences(stored, again.record)) or "the record itself"

@@ -257,7 +257,7 @@ def _claim(out: Path, plan: CampaignPlan) -> None:
         if is_registered(manager) and not plan.manager_checksums[name]:
             raise InvalidInputError(
                 f"The campaign in {out} cannot be continued: nothing says whether its managing system {name} "
-                f"is the same as then: pass a class, or name a new folder."
+                f"is the same as then: pass a class or function of a file, or name a new folder."
             )
 
 

@@ -26,11 +26,11 @@ from sunset.managing import (
     ORACLE,
     PREFIX,
     KnownScenario,
-    contents_checksum,
+    checksum,
     is_registered,
     parse_command,
 )
-from sunset.managing.files import check_sources, manager_code, manager_data
+from sunset.managing.sources import manager_code, manager_data
 from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
 from sunset.source_files import modules_beside
 from sunset.system import Value, loaded_extensions
@@ -118,7 +118,7 @@ class ManagerProcess:
             ManagerError: one of them is not there any more.
         """
         try:
-            return contents_checksum(map(Path, self.loaded.sources), self.loaded.others)
+            return checksum(self.manager)
         except OSError as error:
             raise ManagerError(
                 f"A file of the managing system {self.manager} cannot be read any more: {error}."
@@ -212,7 +212,6 @@ def manager_process(
         describes_types=describes_types,
         scenario=scenario if manager == ORACLE else None,
     )
-    places: tuple[Path, ...] = ()
     try:
         if is_registered(manager):
             process = copy_process(run_manager, task)
@@ -232,10 +231,7 @@ def manager_process(
     except OSError as error:
         raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error
     with process:
-        made = ManagerProcess(manager, process, limit_s=limit_s, live=live)
-        if not is_registered(manager):
-            check_sources(manager, made.loaded.sources, places)
-        yield made
+        yield ManagerProcess(manager, process, limit_s=limit_s, live=live)
 
 
 def start_server() -> None:

@@ -21,10 +21,7 @@ from sunset.managing import (
     Program,
     is_registered,
     load_manager,
-    manager_sources,
-    unfiled_sources,
 )
-from sunset.managing.files import manager_data
 from sunset.rmw.core.port import CallbackError
 from sunset.rmw.remote import Pipe, PipeError, RemoteProcess
 from sunset.ros import Context, Parameter, SingleThreadedExecutor
@@ -68,14 +65,10 @@ class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
 
     Attributes:
         node_name: its node's.
-        sources: the files that it is written in, absolute.
-        others: what else its checksum is made of; None where that does not say what is run.
         modules: the installed modules that it has imported, by the first parts of their names.
     """
 
     node_name: str
-    sources: tuple[str, ...]
-    others: tuple[bytes, ...] | None
     modules: tuple[str, ...] = ()
 
 
@@ -124,22 +117,13 @@ def run_manager(connection: socket.socket, task: object) -> None:
     """Load a managing system, and run it for the process at the other end of a connection, until that is closed."""
     told = msgspec.convert(task, ManagerTask)
     pipe = Pipe(connection)
-    folder = Path(told.folder)
     os.environ.update(told.environment)
     known = frozenset(() if is_registered(told.manager) else sys.modules)
     try:
         for extension in told.extensions:
             load_extension(extension)
-        made = load_manager(told.manager, folder)
-        others = unfiled_sources(told.manager)
-        loaded = LoadedManager(
-            made.node_name,
-            tuple(
-                map(str, [*manager_sources(told.manager, made, folder), *manager_data(told.manager, folder)])
-            ),
-            None if others is None else tuple(others),
-            _installed(sys.modules.keys() - known),
-        )
+        made = load_manager(told.manager, Path(told.folder))
+        loaded = LoadedManager(made.node_name, _installed(sys.modules.keys() - known))
     except (ManagerError, ExtensionError) as error:
         pipe.send(
             _encode(RefusedManager(_without_values(str(error), told), isinstance(error, ExtensionError)))

@@ -1,4 +1,4 @@
-"""Managing systems: the base class to write one, what it sees, and those that come with SUNSET."""
+"""Managing systems: the base class, the symptoms, and the managing systems that come with SUNSET."""
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline
@@ -7,26 +7,16 @@ from sunset.managing.diagnosing import Diagnosing
 from sunset.managing.greeting import PROTOCOL
 from sunset.managing.inspecting import Inspecting
 from sunset.managing.known import KnownFault, KnownScenario, UnlistedFault
-from sunset.managing.loading import (
-    checksum,
-    contents_checksum,
-    is_registered,
-    load_manager,
-    manager_sources,
-    register_manager,
-    sources_digest,
-    unfiled_sources,
-)
+from sunset.managing.loading import is_registered, load_manager, register_manager
 from sunset.managing.names import EXTERNAL, MANAGERS, split_label
 from sunset.managing.none import NoAdaptation
 from sunset.managing.oracle import ORACLE, Oracle
 from sunset.managing.program import Program
 from sunset.managing.random_adaptation import RandomAdaptation
 from sunset.managing.reactive import Reactive
-from sunset.managing.requesting import request
+from sunset.managing.sources import checksum, sources_digest
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
-from sunset.managing.waits import Waits
-from sunset.managing.wiring import Wiring
+from sunset.managing.tools import Waits, Wiring, request
 from sunset.system.vocabulary import described_faults
 
 __all__ = [
@@ -52,15 +42,12 @@ __all__ = [
     "Waits",
     "Wiring",
     "checksum",
-    "contents_checksum",
     "described_faults",
     "is_registered",
     "load_manager",
-    "manager_sources",
     "parse_command",
     "register_manager",
     "request",
     "sources_digest",
     "split_label",
-    "unfiled_sources",
 ]

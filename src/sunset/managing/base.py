@@ -1,4 +1,4 @@
-"""The base class of managing systems: it sees symptoms, and adapts the managed system."""
+"""The base class of managing systems, which see symptoms and adapt the managed system."""
 
 from collections.abc import Callable, Mapping, Sequence
 from inspect import isasyncgen, iscoroutine, isgenerator
@@ -34,26 +34,25 @@ from sunset.system.vocabulary import (
 from sunset.texts import shorten, shown, suggestion
 
 LONGEST_THOUGHT_S: Final = 3600.0
-"""The longest time that a managing system may think at once: no experiment measures more."""
+"""The longest time to think; no experiment measures more."""
 
 
 class ManagingSystem(Node):
     """A managing system: subclass it and write `adapt`.
 
-    The monitor publishes what can be seen of the managed system on `/blackboard_group`, ten times a second.
-    Every 0.2 s of the experiment's time `adapt` is called with the latest of it, from the moment on at which the
-    managed system is up: before, all of it is silent and nothing of it ill. There, decide, and call any of
+    The monitor publishes the symptoms of the managed system on `/blackboard_group`, ten times a second. Once the
+    managed system is up, `adapt` is called every 0.2 s of the experiment's time with the latest symptoms. It decides
+    and calls any of
 
     - `set_parameter(node, name, value)`: reparametrisation,
     - `change_topic(node, parameter, topic)`: change of communication,
     - `activate(node)`, `deactivate(node)`: addition and removal of components,
     - `restart(node)`: deactivate, then activate,
-    - `redeploy(node)`: end the node's process and start a new one.
+    - `redeploy(node)`: end the node's process and start a new process.
 
-    Nodes are `camera`, `depth`, `image_enhancement`, `sensor_fusion` and `segmentation`. All of these return
-    at once; what they return is a future whose result says whether the managed system accepted it. Never
-    block on it: look at it in a later call of `adapt`, add a callback to it, or write `async def adapt` and
-    `await` it.
+    Nodes are `camera`, `depth`, `image_enhancement`, `sensor_fusion` and `segmentation`. These methods return at once;
+    they return a future whose result says whether the managed system accepted the request. Never block on it: look at
+    it in a later call of `adapt`, add a callback to it, or write `async def adapt` and `await` it.
 
     Example:
         A managing system that focuses the camera when its images are blurred::
@@ -63,18 +62,15 @@ class ManagingSystem(Node):
                     if symptoms.autofocus_needed:
                         self.set_parameter("camera", "perform_autofocus", True)
 
-    It is an ordinary node, so that anything else of the graph can be subscribed to and called; but what
-    carries the truth (the recorded labels, the evaluation, the injections, the fault parameters) must not be
-    read, or the run is not scored.
+    It is an ordinary node, which can use the rest of the graph too. A run is not scored if it reads the truth: the
+    recorded labels, the evaluation, the injections, the fault parameters.
 
     Parameters:
-        entropy_threshold: entropy above which the segmentation counts as unsure; the model's own
-            threshold in an experiment.
-        period: seconds between two calls of `adapt`; read once, at the start. It is 0.2 in every experiment, and an
-            attribute `period` of the class does not change it.
-        task: `repair`; or `diagnose`, in which all adaptations are refused; read once, at the start.
-        thinking: seconds that every decision to adapt takes, as of `think`; read once, at the start, and there only
-            where it is given.
+        entropy_threshold: entropy above which the segmentation counts as unsure; in an experiment, the model's
+            threshold.
+        period: seconds between two calls of `adapt`; 0.2 in every experiment. Read once, at the start.
+        task: `repair`; or `diagnose`, in which all adaptations are refused. Read once, at the start.
+        thinking: seconds that every decision to adapt takes, as of `think`. Read once, at the start.
     """
 
     node_name: ClassVar[str] = MANAGING_SYSTEM
@@ -97,50 +93,35 @@ class ManagingSystem(Node):
                 f"{name}() makes a node, before which init() must be called; to run it, pass the class {name}, not an "
                 "instance."
             ) from error
-        self.declare_parameter(
-            "entropy_threshold",
-            DEFAULT_ENTROPY_THRESHOLD,
-            ParameterDescriptor(description="entropy above which the segmentation counts as unsure"),
-        )
-        self.declare_parameter(
-            "period",
-            0.2,
-            ParameterDescriptor(
-                description="seconds between two decisions",
-                read_only=True,
-                floating_point_range=[FloatingPointRange(from_value=0.01, to_value=60.0)],
-            ),
-        )
         # Two underscores: out of the way of a subclass's own attributes.
+        period_s = self.__declare_parameters()
         self.__blackboard: dict[str, Value] = {}
         self.__callers: dict[str, AnyClient] = {}
         self.__diagnoses: Publisher[Diagnosis] | None = None
-        self.__may_adapt = self.declare_parameter("task", REPAIR).value == REPAIR
-        self.__charge_s = self.__declare_thinking() if "thinking" in self._parameter_overrides else 0.0
-        self.__charged = False  # for the decision that is being thought of
+        self.__charged = False  # whether that time was added for the present decision
         self.__thought: Timer | None = None
         self.__decided: list[Callable[[], None]] = []  # while it thinks
         self.__adapting = self.__acted = False
         self.__symptoms = self.create_subscription(
             SetBlackboardGroup, BLACKBOARD_TOPIC, self.__on_blackboard, 10
         )
-        self.create_timer(cast("float", self.get_parameter("period").value), self.__decide)
+        self.create_timer(period_s, self.__decide)
         self.on_start()
 
     def on_start(self) -> None:
-        """Prepare what `adapt` needs; called once. Override it instead of the constructor."""
+        """Prepare for `adapt`; called once. Override it instead of the constructor."""
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Decide what to do about the symptoms, and do it; override this.
+        """Decide how to react to the symptoms, and do it; override this.
 
         Args:
-            symptoms: what can be seen of the managed system now. What is not measured is False or NaN, never None.
+            symptoms: of the managed system now. Values that are not measured are False or NaN, never None.
         """
         raise NotImplementedError(f"{type(self).__name__} has no method adapt.")
 
     @property
     def symptoms_subscription(self) -> Subscription[SetBlackboardGroup]:
-        """What brings the symptoms; what comes is kept for the next call of `adapt`."""
+        """The subscription to the symptoms."""
         return self.__symptoms
 
     @property
@@ -150,7 +131,7 @@ class ManagingSystem(Node):
 
     @property
     def greeting(self) -> dict[str, Any]:
-        """What a program gets as its first line: nodes, signals with thresholds, adaptations, the task, the seed."""
+        """The first line that a program gets: nodes, signals with thresholds, adaptations, the task, the seed."""
         given = {name: parameter.value for name, parameter in self._parameter_overrides.items()}
         return make_greeting(
             cast("float", self.get_parameter("period").value),
@@ -171,7 +152,7 @@ class ManagingSystem(Node):
             value: the new value; its type must be the parameter's, so `1.0` for a float.
 
         Returns:
-            A future: whether the node accepted it. If it did not, the reason is logged.
+            A future: whether the node accepted it. If not, the reason is logged.
         """
         parameter = Parameter(name, value=value)
         request = SetParameters.Request(parameters=[parameter.to_parameter_msg()])
@@ -230,7 +211,7 @@ class ManagingSystem(Node):
         return result
 
     def redeploy(self, node: str) -> Future[bool]:
-        """End a node's process and start a new one; it takes the node's activation delay to be back.
+        """End a node's process and start a new process, which needs the node's activation delay.
 
         Returns:
             A future: whether the launcher accepted it.
@@ -244,24 +225,20 @@ class ManagingSystem(Node):
         return self.__call(Redeploy, "/launcher/redeploy", Redeploy.Request(node=base_name(node)), accepted)
 
     def think(self, seconds: float) -> None:
-        """Let thinking take time: what is decided from now on is done so many seconds later.
+        """Delay the adaptations that follow, as if deciding on them took time; several calls add up.
 
-        Meanwhile `adapt` is not called, since a managing system does not think of two things at once. Call it before
-        the adaptations that it delays. Several calls add up.
+        Meanwhile `adapt` is not called. Call it before the adaptations that it delays.
 
         Args:
             seconds: of the experiment's time, from 0 to 3600.
 
         Raises:
             ValueError: it is not such a number.
-            RuntimeError: this call of `adapt` has done something already, which cannot be delayed any more; one that
-                awaits the outcome may think again then.
+            RuntimeError: this call of `adapt` has requested an adaptation whose outcome it has not awaited.
         """
-        if isinstance(seconds, bool) or not isinstance(seconds, int | float):
-            raise ValueError(f"The time to think must be a number of seconds, got {shown(seconds)}.")  # noqa: TRY004  one kind of error for a bad value
-        if not 0 <= seconds <= LONGEST_THOUGHT_S:
+        if not _is_number(seconds, LONGEST_THOUGHT_S):
             raise ValueError(
-                f"The time to think must be from 0 to {LONGEST_THOUGHT_S:g} s, got {shown(seconds)} s."
+                f"The time to think must be a number of seconds from 0 to {LONGEST_THOUGHT_S:g}, got {shown(seconds)}."
             )
         if self.__acted:
             raise RuntimeError("think must be called before the adaptations that it delays")
@@ -269,21 +246,20 @@ class ManagingSystem(Node):
             self.__think(float(seconds))
 
     def diagnose(self, probabilities: Mapping[str, float]) -> None:
-        """Say what is wrong, for the record: it is published on `/managing_system/diagnosis`, and changes nothing.
+        """Publish a diagnosis on `/managing_system/diagnosis`, for the record; it changes nothing.
 
         Args:
-            probabilities: fault → how sure it is that the fault is there, from 0 to 1.
+            probabilities: fault → the probability that it is there, from 0 to 1.
 
         Raises:
-            ValueError: a fault's name is not a text, or a probability not such a number.
+            ValueError: a fault's name is not a text, or a probability is not such a number.
         """
         if not isinstance(probabilities, Mapping):
             raise ValueError(f"A diagnosis must map faults to probabilities, got {shown(probabilities)}.")  # noqa: TRY004  one kind of error for a bad value
         for fault, probability in probabilities.items():
             if not isinstance(fault, str):
                 raise ValueError(f"The name of a fault in a diagnosis must be a text, got {shown(fault)}.")  # noqa: TRY004  likewise
-            is_number = isinstance(probability, int | float) and not isinstance(probability, bool)
-            if not (is_number and 0 <= probability <= 1):
+            if not _is_number(probability, 1):
                 raise ValueError(
                     f"The probability of {shorten(fault)} must be a number from 0 to 1, got {shown(probability)}."
                 )
@@ -297,35 +273,46 @@ class ManagingSystem(Node):
             )
         )
 
+    def __declare_parameters(self) -> float:
+        """Declare the parameters; return the period [s]."""
+        description = "entropy above which the segmentation counts as unsure"
+        self.__declare("entropy_threshold", DEFAULT_ENTROPY_THRESHOLD, description)
+        period_s = self.__declare("period", 0.2, "seconds between two decisions", (0.01, 60.0))
+        self.__may_adapt = self.declare_parameter("task", REPAIR).value == REPAIR
+        self.__charge_s = 0.0  # the time that each decision to adapt takes
+        if "thinking" in self._parameter_overrides:
+            description = "seconds that every decision to adapt takes"
+            self.__charge_s = self.__declare("thinking", 0.0, description, (0.0, LONGEST_THOUGHT_S))
+        return period_s
+
+    def __declare(
+        self, name: str, default: float, description: str, limits: tuple[float, float] | None = None
+    ) -> float:
+        """Declare a number as a parameter, which is read-only if it has limits; return its value."""
+        ranges = [FloatingPointRange(from_value=limits[0], to_value=limits[1])] if limits else []
+        descriptor = ParameterDescriptor(
+            description=description, read_only=bool(limits), floating_point_range=ranges
+        )
+        return cast("float", self.declare_parameter(name, default, descriptor).value)
+
     def __on_blackboard(self, message: SetBlackboardGroup) -> None:
         self.__blackboard.update(read_parameters(message.bb_params))
 
     async def __decide(self) -> None:
-        """Call `adapt`, which may be a coroutine, if there is a system to adapt and it does not think."""
+        """Call `adapt`, which may be a coroutine, if the managed system is up and `think` delays nothing."""
         symptoms = Symptoms(self.__blackboard, entropy_threshold=self.entropy_threshold)
-        if symptoms.up and self.__thought is None:
-            adapt: Callable[[Symptoms], object] = self.adapt
-            self.__adapting, self.__acted = True, False
-            try:
-                outcome = adapt(symptoms)
-                if isgenerator(outcome) or isasyncgen(outcome):
-                    raise TypeError("adapt contains yield, so that calling it does nothing")
-                if iscoroutine(outcome):
-                    await outcome
-            finally:
-                self.__adapting = self.__acted = False
-
-    def __declare_thinking(self) -> float:
-        parameter = self.declare_parameter(
-            "thinking",
-            0.0,
-            ParameterDescriptor(
-                description="seconds that every decision to adapt takes",
-                read_only=True,
-                floating_point_range=[FloatingPointRange(from_value=0.0, to_value=LONGEST_THOUGHT_S)],
-            ),
-        )
-        return cast("float", parameter.value)
+        if not symptoms.up or self.__thought is not None:
+            return
+        adapt: Callable[[Symptoms], object] = self.adapt
+        self.__adapting, self.__acted = True, False
+        try:
+            outcome = adapt(symptoms)
+            if isgenerator(outcome) or isasyncgen(outcome):
+                raise TypeError("adapt contains yield, so that calling it does nothing")
+            if iscoroutine(outcome):
+                await outcome
+        finally:
+            self.__adapting = self.__acted = False
 
     def __think(self, seconds: float) -> None:
         if self.__thought is not None:
@@ -334,7 +321,7 @@ class ManagingSystem(Node):
         self.__thought = self.create_timer(seconds, self.__act)
 
     def __act(self) -> None:
-        """Do what was decided while it thought, and be ready to decide again."""
+        """Send the requests that `think` has delayed."""
         if self.__thought is not None:
             self.destroy_timer(self.__thought)
         self.__thought, self.__charged = None, False
@@ -343,7 +330,7 @@ class ManagingSystem(Node):
             send()
 
     def __do(self, send: Callable[[], None]) -> None:
-        """Do what was decided: now, or when it has thought about it."""
+        """Send a request now, or after the time to think."""
         if self.__charge_s and not self.__charged:
             self.__charged = True
             self.__think(self.__charge_s)
@@ -355,13 +342,8 @@ class ManagingSystem(Node):
 
     def __transition(self, node: str, transition: int, label: str, *, at_once: bool = False) -> Future[bool]:
         request = ChangeState.Request(transition=Transition(id=transition, label=label))
-        return self.__call(
-            ChangeState,
-            f"{full_name(node)}/change_state",
-            request,
-            lambda response: bool(response.success),
-            at_once=at_once,
-        )
+        service = f"{full_name(node)}/change_state"
+        return self.__call(ChangeState, service, request, lambda response: response.success, at_once=at_once)
 
     def __call(
         self,
@@ -372,7 +354,7 @@ class ManagingSystem(Node):
         *,
         at_once: bool = False,
     ) -> Future[bool]:
-        """Call a service, `at_once` where an earlier call asks for it; the future has the outcome of its response."""
+        """Call a service; the future has the outcome of its response. `at_once` ignores the time to think."""
         result: Future[bool] = Future()
         if not self.__may_adapt:
             self.get_logger().warning(f"{name} is not called: the task is to diagnose, without adaptations.")
@@ -380,7 +362,7 @@ class ManagingSystem(Node):
             return result
 
         def answered(done: Future[Any]) -> None:
-            self.__acted = False  # a coroutine that has waited for it decides anew
+            self.__acted = False  # a coroutine that has awaited it may think again
             result.set_result(outcome(done.result()))
 
         def send() -> None:
@@ -398,3 +380,7 @@ class ManagingSystem(Node):
         else:
             self.__do(send)
         return result
+
+
+def _is_number(value: object, most: float) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= most

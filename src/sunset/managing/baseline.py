@@ -17,20 +17,19 @@ _NODE_OF_TOPIC: Final = MappingProxyType(
 
 
 class Baseline(ManagingSystem):
-    """Redeploys whatever stops sending, and recalibrates the fusion when the segmentation is unsure.
+    """Redeploys nodes that stop sending, and recalibrates the fusion when the segmentation is unsure.
 
-    The paper's baseline and no more (section 4): it redeploys every node whose topic has frequency 0, and
-    recalibrates the fusion once the entropy exceeds the threshold. Each is done once per episode of its
-    symptom, and again only after the symptom was gone. It looks for no cause: when the camera dies, the
-    fusion and the segmentation are redeployed with it.
+    As in the paper (section 4), it redeploys every node whose topic has frequency 0, and recalibrates the fusion once
+    the entropy exceeds the threshold. It reacts once to each episode of a symptom. It does not look for causes: when
+    the camera dies, it redeploys the fusion and the segmentation, too.
     """
 
     def on_start(self) -> None:
-        """Start with every symptom gone."""
+        """Begin without symptoms."""
         self._answered: set[str] = set()
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Answer every symptom that began since the last call."""
+        """React to every symptom that began since the last call."""
         for topic, node in _NODE_OF_TOPIC.items():
             if self._begins(topic, present=symptoms.stopped(topic)):
                 self.redeploy(node)
@@ -38,7 +37,7 @@ class Baseline(ManagingSystem):
             self.set_parameter("sensor_fusion", "do_recalibration", value=True)
 
     def _begins(self, symptom: str, *, present: bool) -> bool:
-        """Return whether this is the first call of an episode of the symptom."""
+        """Return whether an episode of the symptom begins now."""
         if not present:
             self._answered.discard(symptom)
             return False

@@ -1,4 +1,4 @@
-"""How probable each fault of the catalogue is, after what was seen and done."""
+"""The probability of each fault of the catalogue."""
 
 from collections.abc import Collection, Iterable
 from math import exp, prod
@@ -7,9 +7,9 @@ from typing import Final
 _RARE: Final = 0.01
 """Probability of a fault without a symptom."""
 _USUAL: Final = 0.1
-"""Probability of each suspect of a symptom, before it is taken into account that one of them is there."""
+"""Prior probability of each suspect of a symptom."""
 _PLAUSIBLE: Final = 0.08
-"""Suspects whose joint probability, before their symptom is taken into account, is below this are implausible."""
+"""The least joint prior probability of plausible suspects."""
 _EXCLUDED: Final = 0.002
 _CERTAIN: Final = 0.97
 _HEALED: Final = 0.25
@@ -19,16 +19,16 @@ _FORGETTING_S: Final = 8.0
 
 
 class Belief:
-    """The faults are independent of each other, but for a symptom: one of its suspects is there, or several.
+    """The probabilities of independent faults, at least one of which causes each symptom.
 
     Args:
-        faults: the names of all that there could be.
+        faults: the names of all possible faults.
 
     >>> belief = Belief(["camera_driver_issue", "hardware_disconnect"])
     >>> belief.suspect("F1", ["camera_driver_issue", "hardware_disconnect"])
     >>> round(belief.probability("hardware_disconnect"), 2)
     0.53
-    >>> belief.exclude(["camera_driver_issue"])  # for a restart was no help
+    >>> belief.exclude(["camera_driver_issue"])  # a restart did not help
     >>> round(belief.probability("hardware_disconnect"), 2)
     0.98
     """
@@ -36,13 +36,10 @@ class Belief:
     def __init__(self, faults: Iterable[str]) -> None:
         self._alone = dict.fromkeys(faults, _USUAL)
         self._suspects: dict[str, frozenset[str]] = {}
-        self._healed: dict[str, float] = {}  # of what was confirmed
+        self._healed: dict[str, float] = {}  # of confirmed faults
 
     def probability(self, fault: str) -> float:
-        """Return how probable it is that a fault is there.
-
-        Of a suspect it is what it would be alone, divided by the probability that any of the suspects is there.
-        """
+        """Return the probability that a fault is present, for a suspect given that at least one suspect is."""
         alone = self._alone[fault]
         if self.is_certain(fault):
             return alone
@@ -52,28 +49,28 @@ class Belief:
         return min(alone, _RARE)
 
     def probability_of_any(self, faults: Iterable[str]) -> float:
-        """Return how probable it is that at least one of some faults is there."""
+        """Return the probability that at least one of some faults is present."""
         return 1 - prod(1 - self.probability(fault) for fault in faults)
 
     def suspect(self, failure: str, faults: Collection[str]) -> None:
-        """Take a symptom of a failure into account, which at least one of some faults must have led to."""
+        """Note a symptom of a failure, which at least one of some faults must cause."""
         self._suspects[failure] = frozenset(faults)
 
     def is_plausible(self, faults: Iterable[str]) -> bool:
-        """Return whether any of some faults may be there, since not all of them were excluded a moment ago."""
+        """Return whether some faults were not all excluded a moment ago."""
         return 1 - prod(1 - self._alone[fault] for fault in faults) > _PLAUSIBLE
 
     def settle(self, failure: str, faults: Iterable[str]) -> None:
-        """Take into account that the symptom of a failure is gone; which of its faults comes next is open again."""
+        """Note that the symptom of a failure is gone; each of its faults may come next."""
         self._suspects.pop(failure, None)
         self._alone |= {fault: _USUAL for fault in faults if not self.is_certain(fault)}
 
     def exclude(self, faults: Iterable[str]) -> None:
-        """Take into account that faults are not there, or not any more."""
+        """Note that faults are not present, or not any more."""
         self._alone |= dict.fromkeys(faults, _EXCLUDED)
 
     def confirm(self, fault: str) -> None:
-        """Take into account that a fault is there, whether it shows or not, until it is excluded."""
+        """Note that a fault is present, whether it shows or not, until it is excluded."""
         self._alone[fault] = _CERTAIN
         self._healed[fault] = 0.0
 
@@ -82,11 +79,11 @@ class Belief:
         return self._alone[fault] >= _CERTAIN
 
     def probability_healed(self, fault: str) -> float:
-        """Return how probable it is that a fault that was confirmed has healed since."""
+        """Return the probability that a confirmed fault has healed since."""
         return self._healed.get(fault, 0.0)
 
     def forget(self, seconds: float) -> None:
-        """Let time pass, in which faults may come that were excluded, and heal that were confirmed."""
+        """Let time pass: excluded faults may come, and confirmed faults may heal."""
         share = exp(-seconds / _FORGETTING_S)
         for fault, alone in self._alone.items():
             if alone < _USUAL:

@@ -1,4 +1,4 @@
-"""The command that starts a program: its words, and the files that it names."""
+"""The command that starts a program: its words and its files."""
 
 import os
 import re
@@ -19,11 +19,11 @@ PREFIX: Final = "exec:"
 """Begins the name of a managing system that is a program; its command follows."""
 
 _INSTALLED: Final = frozenset({"bin", "sbin"})
-"""Folders of programs that are not a managing system's own."""
+"""Folders of installed programs."""
 _SHIMS: Final = "shims"
-"""What pyenv, asdf and others call the folder of the scripts that look for a program and run it."""
+"""The folder in which pyenv, asdf and others keep scripts that look for a program and run it."""
 _PYTHON: Final = re.compile(r"(python|pypy)[\d.]*")
-_ASKING: Final = "import sys; print(sys.executable, *filter(None, sys.path), sep='\\n')"
+_PRINT_PLACES: Final = "import sys; print(sys.executable, *filter(None, sys.path), sep='\\n')"
 _LONGEST_LINE: Final = 256
 _PATIENCE_S: Final = 300.0
 _MOST_FILES: Final = 1000
@@ -31,12 +31,11 @@ _MOST_FILES: Final = 1000
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """How a program is started; as a text, `exec:COMMAND` that is the same in every folder and with any PATH.
+    """A command; as a text, `exec:COMMAND` that is the same in every folder and with any PATH.
 
     Attributes:
-        words: the program and its arguments; paths of what exists are absolute.
-        files: those that the command names, and those below folders that it names, sorted; without a program that is
-            installed, in a folder called bin.
+        words: the program and its arguments, with absolute paths of files that exist.
+        files: the files that the command names, also in folders, sorted; without an installed program.
     """
 
     words: tuple[str, ...]
@@ -47,7 +46,7 @@ class Command:
 
     @property
     def places(self) -> tuple[Path, ...]:
-        """What it needs to be read: its files, the folders that it names, and what is installed with its program."""
+        """The files and folders that the program must be able to read: its own, and those installed with it."""
         program, *arguments = map(Path, self.words)
         named = [path for path in arguments if path.is_absolute() and path.exists()]
         runs = [Path(word) for word in _interpreter(program)[:1]]
@@ -58,18 +57,18 @@ class Command:
             Path(entry)
             for word in (program, *runs)
             if _PYTHON.fullmatch(word.name)
-            for entry in _asked(word)[1:]
+            for entry in _python_places(word)[1:]
             if has_libraries(Path(entry))
         ]
         return (program, *runs, *named, *beside, *libraries)
 
 
 def parse_command(spec: str, folder: Path = Path()) -> Command:
-    """Return the command of `exec:COMMAND`, whose words are as in a shell; no shell runs it.
+    """Return the command of `exec:COMMAND`, which is split as in a shell.
 
     Args:
         spec: the managing system's name.
-        folder: where paths in it begin that are not absolute.
+        folder: the folder in which relative paths begin.
 
     Raises:
         ManagerError: it is empty, its quotes do not match, or its program cannot be found or run.
@@ -86,28 +85,23 @@ def parse_command(spec: str, folder: Path = Path()) -> Command:
         raise ManagerError(
             f"The managing system {spec} names a path in __pycache__, which is Python's own: keep its files elsewhere."
         )
-    found = _found(spec, program, folder)
-    own = found.parent.name not in _INSTALLED
-    runs = _interpreter(found) if own else []
+    executable = _executable(spec, program, folder)
+    is_own = executable.parent.name not in _INSTALLED
+    runs = _interpreter(executable) if is_own else []
     if runs:
-        runs[0] = str(_found(spec, runs[0], folder))
+        runs[0] = str(_executable(spec, runs[0], folder))
     paths = {word: (folder / word).absolute() for word in arguments if word and (folder / word).exists()}
-    named = [*paths.values(), *([found] if own else [])]
-    if (
-        _PYTHON.fullmatch(found.name)
-        and arguments
-        and not arguments[0].startswith("-")
-        and not paths.get(arguments[0])
-    ):
-        raise ManagerError(f"The managing system {spec} cannot be started: there is no file {arguments[0]}.")
+    named = [*paths.values(), *([executable] if is_own else [])]
+    script = arguments[0] if arguments and _PYTHON.fullmatch(executable.name) else "-"
+    if not script.startswith("-") and script not in paths:
+        raise ManagerError(f"The managing system {spec} cannot be started: there is no file {script}.")
     return Command(
-        (*runs, str(found), *(str(paths.get(word, word)) for word in arguments)),
+        (*runs, str(executable), *(str(paths.get(word, word)) for word in arguments)),
         tuple(sorted({file for path in named for file in _files(spec, path)})),
     )
 
 
 def _files(spec: str, path: Path) -> Iterator[Path]:
-    """Yield a file, or the files below a folder."""
     if path.is_file():
         yield path
         return
@@ -122,11 +116,11 @@ def _files(spec: str, path: Path) -> Iterator[Path]:
 
 
 def _interpreter(program: Path) -> list[str]:
-    """Return the words of a script's first line that say what runs it; none of a program that is not a script."""
+    """Return the words of a script's `#!` line; empty for a program that is not a script."""
     try:
         with program.open("rb") as file:
             line = file.readline(_LONGEST_LINE)
-    except OSError:  # it may be run, and not be read
+    except OSError:  # executable, but not readable
         return []
     words = os.fsdecode(line.removeprefix(b"#!")).strip().split(maxsplit=1) if line.startswith(b"#!") else []
     if len(words) > 1 and Path(words[0]).name == "env":
@@ -137,11 +131,11 @@ def _interpreter(program: Path) -> list[str]:
     return words
 
 
-def _followed(spec: str, program: Path) -> Path:
-    """Return the program that a script in its place would run, which is not to be found behind the walls."""
+def _without_shim(spec: str, program: Path) -> Path:
+    """Return the Python that a shim runs, which the shim itself cannot find behind the walls, or the program."""
     if _PYTHON.fullmatch(program.name) and _interpreter(program):
-        if (found := Path(_asked(program)[0])).is_file():
-            return found
+        if (python := Path(_python_places(program)[0])).is_file():
+            return python
         raise ManagerError(
             f"The managing system {spec} cannot be started: {program} does not say which Python it runs; name that by "
             "its path."
@@ -155,12 +149,12 @@ def _followed(spec: str, program: Path) -> Path:
 
 
 @cache
-def _asked(python: Path) -> tuple[str, ...]:
-    """Return where a Python is, and where it looks modules up; an empty text if it does not say."""
+def _python_places(python: Path) -> tuple[str, ...]:
+    """Return the path of a Python and its `sys.path`; an empty text if it does not print them."""
     variables = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     try:
-        answer = subprocess.run(  # noqa: S603  the user's own command
-            [python, "-c", _ASKING],
+        done = subprocess.run(  # noqa: S603  the user's own command
+            [python, "-c", _PRINT_PLACES],
             env=variables,
             capture_output=True,
             text=True,
@@ -169,15 +163,15 @@ def _asked(python: Path) -> tuple[str, ...]:
         )
     except (OSError, ValueError, subprocess.TimeoutExpired):
         return ("",)
-    return tuple(answer.stdout.splitlines()) or ("",)
+    return tuple(done.stdout.splitlines()) or ("",)
 
 
-def _found(spec: str, program: str, folder: Path) -> Path:
+def _executable(spec: str, program: str, folder: Path) -> Path:
     """Return the absolute path of a program."""
     path = folder / program if "/" in program else Path(shutil.which(program) or "")
-    # not by shutil.which, which asks for the real user: that of a confined process can do less than its effective one
+    # shutil.which asks for the real user, who can do less than the effective user of a confined process
     if path.is_file() and os.access(path, os.X_OK, effective_ids=os.access in os.supports_effective_ids):
-        return _followed(spec, path.absolute())
+        return _without_shim(spec, path.absolute())
     if (folder / program).is_file():
         remedy = f"let it be run (chmod +x {program}), or name what runs it, as exec:python3 {program}"
         if "/" not in program:

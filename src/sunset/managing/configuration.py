@@ -1,4 +1,4 @@
-"""How a managing system wants the managed one to be set, and what is set by now."""
+"""The settings of the managed system: present values, and values that a managing system wants."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -8,7 +8,7 @@ from sunset.interfaces.parameters import scalar_of
 from sunset.interfaces.rcl_interfaces.srv import GetParameters
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.wiring import Wiring
+from sunset.managing.tools import Wiring
 from sunset.ros.client import AnyClient
 from sunset.ros.task import Future
 from sunset.system.vocabulary import (
@@ -24,20 +24,20 @@ from sunset.system.vocabulary import (
 )
 
 Setting = tuple[str, str]
-"""A node and its parameter; an empty parameter is for whether the node is active."""
+"""A node and its parameter; the parameter is empty for whether the node is active."""
 
 _SET_S: Final = 0.5
-"""After so long, a parameter that is read is as it was set."""
+"""The time until a value that was set can be read."""
 
 
 def view_setting() -> Setting:
-    """Return the parameter that chooses the sensors which the pipeline works with."""
+    """Return the parameter that chooses the sensors of the pipeline."""
     setting = described_views()[0].setting
     return setting.node, setting.parameter
 
 
 def settings_without() -> dict[str, tuple[Setting, Value]]:
-    """Return the full name of a sensor's topic → the setting by which the pipeline works without it."""
+    """Return full name of a sensor's topic → the setting with which the pipeline works without the sensor."""
     healthy, *others = described_views()
     return {
         full_name(topic): (view_setting(), view.setting.value)
@@ -49,7 +49,7 @@ def settings_without() -> dict[str, tuple[Setting, Value]]:
 
 
 def healthy_settings() -> dict[Setting, Value]:
-    """Return the settings of a system that was not changed, as far as they are known."""
+    """Return the known settings of a healthy system."""
     faults = described_faults().values()
     healthy = {(fault.node, fault.parameter): fault.healthy for fault in faults if is_of_configuration(fault)}
     healthy[view_setting()] = described_views()[0].setting.value
@@ -58,12 +58,12 @@ def healthy_settings() -> dict[Setting, Value]:
 
 
 def is_of_configuration(fault: Fault) -> bool:
-    """Return whether a fault is a parameter with a wrong value, which can be read."""
+    """Return whether a fault is a wrong value of a parameter, which can be read."""
     return fault.kind is FaultKind.CONFIGURATION
 
 
 def _strengths(fault: Fault, cure: tuple[Adaptation, ...] = ()) -> list[Setting]:
-    """Return the parameters by which the nodes of a cure know the strength of a fault."""
+    """Return the parameters with which the nodes of a cure get the strength of a fault."""
     restores = fault.effect is not None and fault.effect.restore is not None
     return [
         (step.node, fault.parameter) for step in cure if restores and step.kind is AdaptationKind.ACTIVATE
@@ -73,13 +73,7 @@ def _strengths(fault: Fault, cure: tuple[Adaptation, ...] = ()) -> list[Setting]
 def settings_of(
     cure: tuple[Adaptation, ...], fault: Fault | None = None, strength: Value | None = None
 ) -> dict[Setting, Value] | None:
-    """Return a cure as settings that last; None if it is something that is done once, such as a restart.
-
-    Args:
-        cure: adaptations.
-        fault: what they cure, where its strength is known.
-        strength: how strong the fault is, for the nodes that undo it.
-    """
+    """Return the settings of a cure, with the fault's strength if it is known; None for a cure such as a restart."""
     settings: dict[Setting, Value] = {}
     for step in cure:
         if step.kind is AdaptationKind.ACTIVATE:
@@ -96,15 +90,15 @@ def settings_of(
 
 
 class Configuration:
-    """Sets what is wanted, and back what is not wanted any more; a redeployed node is set again while it boots.
+    """Sets wanted settings and restores others; sets a redeployed node again while it boots.
 
-    Nodes are activated, but never deactivated again: an idle node does no harm, and a transition has a price.
+    It never deactivates a node that it activated: an idle node does no harm, and a transition has a price.
 
     Args:
-        manager: who wants it.
+        manager: the managing system.
 
     Attributes:
-        boot_s: node → how long it is away for a redeploy [s].
+        boot_s: node → the time that it takes to boot [s].
     """
 
     def __init__(self, manager: ManagingSystem) -> None:
@@ -119,11 +113,11 @@ class Configuration:
 
     @property
     def booting(self) -> frozenset[str]:
-        """The nodes that were redeployed and are not active yet."""
+        """The redeployed nodes that are not active yet."""
         return frozenset(self._redeployed_s)
 
     def get(self, setting: Setting) -> Value | None:
-        """Return the value that a setting was given, or that of a healthy system; None if it is not known."""
+        """Return the value that was set, or the value of a healthy system; None if it is unknown."""
         return self._present.get(setting, self._healthy.get(setting))
 
     def redeploy(self, node: str) -> None:
@@ -135,7 +129,7 @@ class Configuration:
                 del known[setting]
 
     def see(self, symptoms: Symptoms) -> None:
-        """Take note of the nodes that are back."""
+        """Note the nodes that are back."""
         back = [
             node
             for node, since_s in self._redeployed_s.items()
@@ -145,11 +139,9 @@ class Configuration:
             del self._redeployed_s[node]
 
     def read(self, faults: Mapping[str, Fault]) -> None:
-        """Ask for the parameters that are wrong where a fault of the configuration is there."""
-        for setting in [
-            (fault.node, fault.parameter) for fault in faults.values() if is_of_configuration(fault)
-        ]:
-            node, parameter = setting
+        """Read the parameters of configuration faults."""
+        for fault in filter(is_of_configuration, faults.values()):
+            setting = node, parameter = fault.node, fault.parameter
             if node not in self._readers:
                 service = f"{full_name(node)}/get_parameters"
                 self._readers[node] = self._manager.create_client(GetParameters, service)
@@ -163,7 +155,7 @@ class Configuration:
             self._read[setting] = scalar_of(response.values[0])
 
     def is_wrong(self, fault: Fault) -> bool | None:
-        """Return whether a fault of the configuration is there; None if that is not known."""
+        """Return whether a configuration fault is present; None if that is unknown."""
         setting = fault.node, fault.parameter
         if setting not in self._read:
             return None
@@ -171,7 +163,7 @@ class Configuration:
         return is_as_set and self._read[setting] == fault.value != self.get(setting)
 
     def want(self, wanted: Mapping[Setting, Value], symptoms: Symptoms) -> None:
-        """Set what is wanted and is not so yet, and undo what was set and is not wanted any more."""
+        """Set the wanted settings that differ, and restore settings that are not wanted any more."""
         undone = {key: self._healthy[key] for key in self._present if key in self._healthy}
         for setting, value in (undone | dict(wanted)).items():
             node, parameter = setting

@@ -1,4 +1,4 @@
-"""A managing system that reasons: it believes more or less in each fault, and learns from what its adaptations do."""
+"""A managing system that reasons: it has a probability for each fault, and learns from the effects of adaptations."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -14,8 +14,8 @@ from sunset.managing.configuration import (
     settings_without,
     view_setting,
 )
-from sunset.managing.requesting import request
 from sunset.managing.symptoms import Symptoms
+from sunset.managing.tools import request
 from sunset.managing.watching import NEW_FRAMES_S, PASSING_S, Watch
 from sunset.system.vocabulary import (
     REPAIR,
@@ -32,73 +32,71 @@ from sunset.system.vocabulary import (
 )
 
 _BLIND_S: Final = 1.0
-"""Cost of doing without a sensor, in seconds of output, when nothing is known of what is wrong."""
+"""Cost of doing without a sensor, in seconds of output."""
 _LOOK_S: Final = 20.0
-"""Time from hiding a sensor to looking at it again. A look costs c = 0.6 s of output: two parameters and a few bad
-frames. A sensor that is hidden in vain costs a tenth of the output, g = 0.1, and a fault heals once in 1 / r = 30 s. So
-the mean cost is c / T + r g T / 2, which is least at T = sqrt(2 c / (r g)) = 20 s."""
+"""Time from hiding a sensor to a look at it. A look costs c = 0.6 s of output: two parameters and a few bad frames. A
+sensor that is hidden in vain costs a tenth of the output, g = 0.1, and a fault heals once in 1 / r = 30 s. So the mean
+cost is c / T + r g T / 2, which is least at T = sqrt(2 c / (r g)) = 20 s."""
 _NOTABLE: Final = 0.015
-"""A signal that falls by less has not become better: what is flown over changes it by as much."""
+"""A signal that falls by less has not become better: the scene changes it by as much."""
 _DOUBTFUL: Final = 0.05
-"""A fault that is worked around is taken to be there still, unless it is more probable than this that it has healed."""
+"""The probability that a fault has healed, from which on its workaround may be lifted."""
 _LIKELY: Final = 0.5
-"""A fault that is more probable than this is taken to be there."""
+"""The probability from which on a fault counts as present."""
 
 Cure = tuple[Adaptation, ...]
 
 
 @dataclass(frozen=True)
 class _Option:
-    """A possible action: a cure of some faults, or, without a cure, lifting what works around one."""
+    """A possible action: a cure of some faults or, without a cure, lifting the workaround of a fault."""
 
     faults: tuple[str, ...]
     cure: Cure
-    wait_s: float  # until one sees what it has done
-    probability: float = 1.0  # that it helps
+    wait_s: float  # until its effect can be seen
+    probability: float = 1.0  # of success
     cost_s: float = 1.0  # in seconds of output
 
 
 @dataclass(frozen=True)
 class _Trial:
-    """What is being tried, how bad the signal was before, and when one sees whether it has helped."""
-
     option: _Option
-    before: float
-    due_s: float
-    released: dict[Setting, Value]
+    before: float  # how bad the signal was
+    due_s: float  # when its effect can be seen
+    released: dict[Setting, Value]  # the workaround that it lifts
 
 
 class Diagnosing(ManagingSystem):
-    """Believes in faults by what shows and by what its adaptations do, and tries what promises most for what it costs.
+    """Has a probability for each fault, by symptoms and effects of adaptations, and tries the most promising cures.
 
-    It knows the catalogue: which faults show as which failure, and what cures each. A failure that shows makes all of
-    its faults suspects. It tries the cure with the highest probability of helping, divided by the time until one sees
-    whether it has. What does not help excludes the faults that it would have cured, and is undone.
+    It knows the catalogue: which faults show as which failure, and the cures of each fault. A failure that shows makes
+    all of its faults suspects. It tries the cure with the highest probability of success, divided by the time until its
+    effect can be seen. A cure without effect is undone, and excludes the faults that it would have cured.
 
-    - The node to repair is the one that gets all of its inputs and sends nothing. While a sensor boots or has stopped,
+    - The node to repair is the node that gets all of its inputs and sends nothing. While a sensor boots or has stopped,
       the segmentation takes the others.
-    - A fault of the configuration needs no symptom: its parameter is read.
-    - What works around a fault of the world stays in place. It is lifted when a symptom may come of that, and otherwise
-      so rarely that it pays.
+    - A configuration fault needs no symptom: its parameter is read.
+    - The workaround of an external fault stays in place. It is lifted when it may cause a symptom, and otherwise so
+      rarely that it pays.
     """
 
     def on_start(self) -> None:
-        """Believe in nothing yet."""
+        """Begin without suspects."""
         self.faults, self.failures = described_faults(), described_failures()
         self.view, self.without = view_setting(), settings_without()
         self.belief = Belief(self.faults)
         self.configuration = Configuration(self)
         self.watch = Watch(self, self.configuration)
         self.trials: dict[str, _Trial] = {}  # by failure
-        self.in_place: dict[str, dict[Setting, Value]] = {}  # fault → what works around it
-        self.showing: set[str] = set()  # failures that have been seen since they were last seen to be gone
+        self.in_place: dict[str, dict[Setting, Value]] = {}  # fault → its workaround
+        self.showing: set[str] = set()  # failures that were seen and have not gone since
         self.look_s: dict[str, float] = {}  # fault whose sensor is hidden → when to look at it again
-        self.last_s, self.told = self.now_s, dict[str, float]()
+        self.last_s, self.diagnosis = self.now_s, dict[str, float]()
         self.suspected: dict[str, float] = {}  # fault → its probability before its cure is tried now
         self.may_adapt = self.greeting["task"] == REPAIR
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Treat the failures that show, and say what it believes: of what it tries to cure, what it believed before."""
+        """Treat the failures that show, and publish the probabilities of faults, for treated faults before the cure."""
         self.symptoms = symptoms
         self.belief.forget(self.now_s - self.last_s)
         self.last_s = self.now_s
@@ -109,14 +107,14 @@ class Diagnosing(ManagingSystem):
             self.treat(failure)
         self.configuration.want(self.wanted(), symptoms)
         believed = {name: self.belief.probability(name) for name in self.faults} | self.suspected
-        told = {name: round(probability, 2) for name, probability in believed.items()}
+        diagnosis = {name: round(probability, 2) for name, probability in believed.items()}
         self.suspected = {}
-        if told != self.told:
-            self.told = told
-            self.diagnose(told)
+        if diagnosis != self.diagnosis:
+            self.diagnosis = diagnosis
+            self.diagnose(diagnosis)
 
     def correct(self) -> None:
-        """Set parameters back that are wrong, as far as they can be read."""
+        """Restore wrong parameters, as far as they can be read."""
         self.configuration.read(self.faults)
         for fault in filter(is_of_configuration, self.faults.values()):
             is_wrong = self.configuration.is_wrong(fault)
@@ -129,13 +127,13 @@ class Diagnosing(ManagingSystem):
                     self.wait_for(self.failures[fault.failure])
 
     def wait_for(self, failure: Failure) -> None:
-        """Try nothing against a failure until one sees what was done about it."""
+        """Wait for the effect of an adaptation before treating a failure."""
         due_s = self.now_s + NEW_FRAMES_S
         trial = self.trials.get(failure.name, _Trial(_Option((), (), 0.0), 0.0, due_s, {}))
         self.trials[failure.name] = replace(trial, due_s=due_s)
 
     def treat(self, failure: Failure) -> None:
-        """See what a trial has done, conclude, and try what is best next if the failure shows."""
+        """Judge a trial that is over, and begin the next if the failure shows."""
         shows, trial = self.watch.shows(failure), self.trials.get(failure.name)
         is_over = trial is None or self.now_s >= trial.due_s or self.watch.is_back(failure)
         if shows is None or not is_over:
@@ -149,7 +147,7 @@ class Diagnosing(ManagingSystem):
             self.conclude(failure, faults)
 
     def judge(self, failure: Failure, trial: _Trial, *, shows: bool) -> None:
-        """Learn from a trial, and undo what was no help."""
+        """Learn from a trial, and undo a cure without effect."""
         has_helped = not shows or self.watch.badness(failure) < trial.before - _NOTABLE
         if failure.topic:
             self.watch.end_repair(full_name(failure.topic))
@@ -158,7 +156,7 @@ class Diagnosing(ManagingSystem):
             if trial.released and not has_helped:
                 self.keep(name, trial.released)
             elif self.view in settings and self.belief.probability(name) > _LIKELY:
-                self.keep(name, settings)  # not since it has helped, but for want of other suspects
+                self.keep(name, settings)  # it has not helped, but other suspects are missing
             elif settings and has_helped and self.view not in settings:
                 self.belief.confirm(name)
             elif failure.topic or settings or trial.released:
@@ -166,7 +164,7 @@ class Diagnosing(ManagingSystem):
                 self.belief.exclude([name])
 
     def keep(self, name: str, settings: dict[Setting, Value]) -> None:
-        """Keep what works around a fault, which is there."""
+        """Keep the workaround of a fault that is present."""
         self.in_place[name] = settings
         self.belief.confirm(name)
         if self.view in settings:
@@ -174,7 +172,7 @@ class Diagnosing(ManagingSystem):
             self.prevent(self.faults[name].failure)
 
     def prevent(self, failure: str) -> None:
-        """Cure what would not show while a sensor is hidden, unless it was just excluded, where a parameter does it."""
+        """Cure plausible faults that would not show while a sensor is hidden, if a single parameter cures them."""
         for fault in self.faults.values():
             steps = fault.cures[0] if fault.kind is FaultKind.INTERNAL and fault.failure == failure else ()
             if len(steps) == 1 and steps[0].parameter and self.belief.is_plausible([fault.name]):
@@ -182,7 +180,7 @@ class Diagnosing(ManagingSystem):
                 self.belief.exclude([fault.name])
 
     def conclude(self, failure: Failure, faults: list[Fault]) -> None:
-        """Exclude the faults of a failure that would show if they were there, and look at those that are hidden."""
+        """Exclude the faults of a failure that would show if they were present, and look at hidden faults."""
         proven = [fault.name for fault in faults if self.watch.sees(fault, is_conclusive=True)]
         self.showing.discard(failure.name)
         if len(proven) == len(faults):
@@ -196,12 +194,12 @@ class Diagnosing(ManagingSystem):
                 return
 
     def try_best(self, failure: Failure, faults: list[Fault]) -> None:
-        """Try what has the highest probability of helping for its cost."""
+        """Try the option with the highest probability of success for its cost."""
         seen = [fault for fault in faults if self.watch.sees(fault) and fault.name not in self.in_place]
         suspects = [fault for fault in seen if self.configuration.is_wrong(fault) is not False]
         names = [fault.name for fault in suspects]
         if failure.name not in self.showing and not self.belief.is_plausible(names):
-            self.belief.settle(failure.name, names)  # it has come since they were excluded
+            self.belief.settle(failure.name, names)  # the failure has come since they were excluded
         self.showing.add(failure.name)
         self.belief.suspect(failure.name, names)
         self.suspected |= {name: self.belief.probability(name) for name in names}
@@ -214,18 +212,18 @@ class Diagnosing(ManagingSystem):
             self.begin(failure, max(options, key=lambda option: option.probability / option.cost_s))
 
     def begin(self, failure: Failure, option: _Option) -> None:
-        """Begin to try an option."""
+        """Begin a trial."""
         released = {} if option.cure else self.in_place.pop(option.faults[0])
         self.do(option)
         if failure.topic:
             self.watch.begin_repair(full_name(failure.topic))
         elif option.cure and not self.lasts(option.faults):
-            self.belief.exclude(option.faults)  # of this moment, whenever one sees whether it has helped
+            self.belief.exclude(option.faults)  # from now on, whenever the effect can be seen
         badness = self.watch.badness(failure)
         self.trials[failure.name] = _Trial(option, badness, self.now_s + option.wait_s, released)
 
     def cures(self, suspects: list[Fault]) -> Iterator[_Option]:
-        """Yield the cures of some faults that can be done now."""
+        """Yield the possible cures of some faults."""
         for cure in dict.fromkeys(cure for fault in suspects for cure in fault.cures):
             if all(self.is_up(step) for step in cure):
                 names = tuple(fault.name for fault in suspects if cure in fault.cures)
@@ -234,35 +232,35 @@ class Diagnosing(ManagingSystem):
                 yield _Option(names, cure, wait_s, self.belief.probability_of_any(names), cost_s)
 
     def releases(self, faults: list[Fault]) -> Iterator[_Option]:
-        """Yield the workarounds that could be lifted, since their faults may have healed."""
+        """Yield the lifting of workarounds whose faults may have healed."""
         for fault in faults:
             healed = self.belief.probability_healed(fault.name)
             if healed > _DOUBTFUL and self.view not in self.in_place.get(fault.name, {self.view: 0}):
                 yield _Option((fault.name,), (), NEW_FRAMES_S, healed, NEW_FRAMES_S)
 
     def is_up(self, step: Adaptation) -> bool:
-        """Return whether a step can be done now: only a redeploy brings back a node without a process."""
+        """Return whether a step is possible: only a redeploy brings back a node without a process."""
         is_there = self.symptoms.state(step.node) != "unknown" or step.kind is AdaptationKind.REDEPLOY
         return is_there and step.node not in self.configuration.booting
 
     def wait_s(self, cure: Cure) -> float:
-        """Return how long it takes to see whether a cure helps [s]."""
+        """Return the time until the effect of a cure can be seen [s]."""
         boots = [self.configuration.boot_s[step.node] for step in cure if _is_redeploy(step)]
         is_restart = all(step.kind is AdaptationKind.RESTART for step in cure)
         return max(boots, default=0.0) + (PASSING_S if is_restart else NEW_FRAMES_S)
 
     def cost_s(self, cure: Cure, names: tuple[str, ...], wait_s: float) -> float:
-        """Return what it costs to see whether a cure helps, and to undo what was no help [s]."""
+        """Return the cost of trying a cure, and of undoing it [s]."""
         cost_s = wait_s + sum(map(price_s, cure))
         hides = any((step.node, step.parameter) == self.view for step in cure)
         return (2 * cost_s if self.lasts(names) else cost_s) + (_BLIND_S if hides else 0.0)
 
     def lasts(self, names: tuple[str, ...]) -> bool:
-        """Return whether a cure of faults must stay in place, since they are of the world."""
+        """Return whether a cure must stay in place, since one of the faults is external."""
         return any(self.faults[name].kind is FaultKind.EXTERNAL for name in names)
 
     def do(self, option: _Option) -> None:
-        """Do a cure; what works around a fault of the world is set as long as it is in place."""
+        """Request a cure; the workaround of an external fault is set as long as it is in place."""
         settings = settings_of(option.cure)
         if self.lasts(option.faults) and settings:
             self.in_place |= dict.fromkeys(option.faults, settings)
@@ -275,7 +273,7 @@ class Diagnosing(ManagingSystem):
                 request(self, step)
 
     def wanted(self) -> dict[Setting, Value]:
-        """Return the settings that work around what is wrong."""
+        """Return the settings of all workarounds."""
         wanted: dict[Setting, Value] = {}
         for settings in self.in_place.values():
             wanted |= settings

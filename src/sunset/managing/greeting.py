@@ -1,4 +1,4 @@
-"""The description of the managed system that a managing system gets before its first decision."""
+"""The greeting: a description of the managed system for a managing system."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -14,15 +14,13 @@ from sunset.system.vocabulary import (
 )
 
 PROTOCOL: Final = 1
-"""The version of what is written to a program and read from it."""
+"""The version of the protocol of JSON lines."""
 
 
 def make_greeting(period_s: float, parameters: Mapping[str, object]) -> dict[str, Any]:
     """Return the first line that a program gets, as `docs/programs.md` describes it.
 
-    Args:
-        period_s: seconds between two decisions.
-        parameters: of the managing system: the thresholds of signals, `task` and `manager_seed`.
+    The parameters of the managing system have thresholds of signals, `task` and `manager_seed`.
     """
     nodes = [
         {

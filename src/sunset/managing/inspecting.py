@@ -1,4 +1,4 @@
-"""A managing system that looks at images: it compares the input of each node with its output."""
+"""A managing system that inspects images: it compares the input of each node with its output."""
 
 from collections import deque
 from functools import partial
@@ -9,10 +9,8 @@ import numpy as np
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.managing.base import ManagingSystem
-from sunset.managing.requesting import request
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.waits import Waits
-from sunset.managing.wiring import Wiring
+from sunset.managing.tools import Waits, Wiring, request
 from sunset.system.vocabulary import (
     REPAIR,
     Adaptation,
@@ -44,24 +42,24 @@ _STRENGTH: Final = ("image_enhancement", "image_degradation")
 
 
 class Inspecting(ManagingSystem):
-    """Looks at the images between the nodes, and cures the faults that it sees there.
+    """Inspects the images between the nodes, and cures the faults that they show.
 
-    Each fault has its sign:
+    Each fault has a sign:
 
     - *Outage*: two images came into a node and none came out. A managing system must not read the inputs of the camera
       and the depth node, so it compares their outputs with each other. An image that repeats the last does not count.
       It restarts the node, and redeploys it if that does not help. While a sensor boots, the fusion takes the other.
     - *Misaligned images*: the fusion's colour image equals neither the camera's nor the enhanced image.
-    - *Unneeded enhancement*: the fusion takes the enhanced image, and was not set to.
+    - *Unneeded enhancement*: the fusion takes the enhanced image without being set to.
     - *Dark images*: the camera's brightness has fallen. The enhancement gets the strength that fits.
     - *Blurred images*: the camera's neighbouring pixels hardly differ.
     - *Noisy depth*: the depth image's neighbouring pixels differ at random. The fusion does without the depth image.
 
-    It takes a workaround back when the sensor's own images are well again.
+    It lifts a workaround when the sensor's own images are good again.
     """
 
     def on_start(self) -> None:
-        """Subscribe to the images; nothing is wrong yet."""
+        """Subscribe to the images."""
         self.waits, self.faults, self.boot_s = Waits(self), described_faults(), Wiring().boot_s
         images = ("rgb_camera", "depth_camera", "rgb_enhanced", "segmentation")
         self.images = {topic: deque[Image](maxlen=10) for topic in images}
@@ -100,7 +98,7 @@ class Inspecting(ManagingSystem):
             self.noise_m = bend / 0.6745 / 6**0.5  # a normal distribution's median; 1² + 2² + 1²
 
     def share(self, measure: str, value: float, limit: float) -> float:
-        """Return a value as a share of its usual mean, to which it counts unless the share is under a limit."""
+        """Return a value as a share of its usual mean, and include it there unless the share is under a limit."""
         usual = self.usual[measure]
         share = value / float(np.mean(usual)) if usual else 1.0
         if share >= limit:
@@ -108,7 +106,7 @@ class Inspecting(ManagingSystem):
         return share
 
     def on_fused(self, fused: SensorFusion) -> None:
-        """See which colour images the fusion takes, and whether it changes them."""
+        """Note which colour images the fusion takes, and whether it changes them."""
         self.came_s["sensors_fused"].append(self.now_s)
         same = {
             topic: np.array_equal(image.data, fused.rgb.data)
@@ -156,7 +154,7 @@ class Inspecting(ManagingSystem):
         return signs
 
     def suspects(self, sign: str) -> list[Fault]:
-        """Return the faults that may be behind a sign, without those that the cures tried would have ended."""
+        """Return the faults that may cause a sign, except faults that the tried cures would have ended."""
         tried, failures = set(self.tried.get(sign, [])), described_failures()
         return [
             fault
@@ -179,7 +177,7 @@ class Inspecting(ManagingSystem):
     def cure(self, sign: str, node: str) -> None:
         """Try the next cure: first the suspects' cures, then a restart and a redeploy, as the fault may be unlisted.
 
-        After the last it gives up; where a node sends nothing, it tries all of them again after a pause.
+        After the last it gives up; for a node that sends nothing, it tries all of them again after a pause.
         """
         tried = self.tried.setdefault(sign, [])
         listed = [cure for fault in self.suspects(sign) for cure in fault.cures]
@@ -198,7 +196,7 @@ class Inspecting(ManagingSystem):
         tried += left[:1]
 
     def settle(self, signs: dict[str, str], symptoms: Symptoms) -> None:
-        """Set the workarounds that are needed, and take back the others."""
+        """Set the necessary workarounds, and lift the others."""
         self.booting &= signs.keys()
         if "camera" in self.booting:
             self.wanted[_MODALITY] = 2

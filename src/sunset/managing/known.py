@@ -1,6 +1,6 @@
-"""What the oracle is told of a run: the faults of its scenario, and when they heal by themselves."""
+"""The scenario as the oracle gets it: the faults, and when they heal."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Final
 
 from sunset.system.vocabulary import Adaptation, Fault, FaultKind, Value, described_faults
@@ -8,15 +8,7 @@ from sunset.system.vocabulary import Adaptation, Fault, FaultKind, Value, descri
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnlistedFault:
-    """A fault that the catalogue of the managing system's process does not list.
-
-    Attributes:
-        failure: the name of the failure that it shows as first.
-        node: the node that it is injected into.
-        parameter: the parameter that injects it.
-        kind: where it lives.
-        cures: each entry is a set of adaptations that cure it together.
-    """
+    """A fault that the catalogue of the managing system's process does not list, as of `Fault`."""
 
     failure: str
     node: str
@@ -34,12 +26,12 @@ class KnownFault:
         value: its strength, as its parameter has it.
         at: when it comes; 0 if it follows another fault.
         follows: whether it follows another fault.
-        until: when it heals by itself; None if it stays.
-        rise: how long it grows [s]; 0 if all of it comes at once.
-        on: how long it is there each time, if it comes and goes [s]; 0 if it does not.
+        until: when it heals; None if it stays.
+        rise: how long it grows [s].
+        on: how long it is present each time, if it comes and goes [s]; else 0.
         off: how long it is away after that [s].
         brings: whether another fault follows it.
-        unlisted: what it is, if the catalogue does not list it.
+        unlisted: its description, if the catalogue does not list it.
     """
 
     name: str
@@ -55,72 +47,51 @@ class KnownFault:
 
     @property
     def fault(self) -> Fault:
-        """What it is."""
+        """Its description."""
         if self.unlisted is None:
             return described_faults()[self.name]
-        one = self.unlisted
-        return Fault(
-            name=self.name,
-            failure=one.failure,
-            node=one.node,
-            parameter=one.parameter,
-            value=self.value,
-            kind=one.kind,
-            cures=one.cures,
-            description="",
-        )
+        described = {field.name: getattr(self.unlisted, field.name) for field in fields(self.unlisted)}
+        return Fault(name=self.name, value=self.value, description="", **described)
 
     def strength(self, age_s: float) -> Value:
-        """Return how strong it is so many seconds after it has come, in steps of a tenth of its growth."""
+        """Return its strength `age_s` seconds after it has come, in steps of a tenth of its growth."""
         if not self.rise or isinstance(self.value, bool | str):
             return self.value
         share = min(1.0, max(1, round(10 * age_s / self.rise)) / 10)
         return type(self.value)(self.value * share)
 
     def remaining_s(self, age_s: float, end_s: float) -> float:
-        """Return for how many seconds it is still there, if it is not cured.
+        """Return for how long it stays without a cure [s].
 
         Args:
             age_s: how long ago it came.
-            end_s: seconds until it does not matter any more: it heals for good, or the run is over.
+            end_s: seconds until it heals for good or the run ends.
         """
         if not self.on or not self.off:
             return end_s
         period_s = self.on + self.off
-        there = [
-            max(0.0, min(begin + self.on, end_s) - max(begin, 0.0))
-            for begin in (number * period_s - age_s % period_s for number in range(int(end_s / period_s) + 2))
-        ]
-        return sum(there)
+        begins = (number * period_s - age_s % period_s for number in range(int(end_s / period_s) + 2))
+        return sum(max(0.0, min(begin + self.on, end_s) - max(begin, 0.0)) for begin in begins)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KnownScenario:
-    """The scenario of a run.
-
-    Attributes:
-        faults: its faults.
-        duration_s: how long is measured.
-    """
+    """The faults of a run, and the measured time."""
 
     faults: tuple[KnownFault, ...] = ()
     duration_s: float = 20.0
 
     def find(self, name: str, time_s: float) -> KnownFault | None:
-        """Return the fault of a name that came last, so many seconds after the measured time began.
-
-        At a time that is not known (minus infinity), it is the first of that name.
-        """
+        """Return the last fault of a name until a time of the measured time; the first if the time is unknown (-∞)."""
         faults = sorted((fault for fault in self.faults if fault.name == name), key=lambda fault: fault.at)
-        return next(
-            (fault for fault in reversed(faults) if fault.at <= time_s + _LATE_S), next(iter(faults), None)
-        )
+        past = [fault for fault in faults if fault.at <= time_s + _LATE_S]
+        return next(iter([*past[::-1], *faults]), None)
 
     def brings(self, time_s: float) -> bool:
-        """Return whether a fault comes so many seconds after the measured time began, or within a frame of it."""
+        """Return whether a fault comes at a time of the measured time, or within a frame of it."""
         return any(not fault.follows and abs(fault.at - time_s) < _FRAME_S for fault in self.faults)
 
 
 _FRAME_S: Final = 0.1
 _LATE_S: Final = 0.05
-"""Tolerance when an injection time is compared with the plan."""
+"""Tolerance of an injection time."""

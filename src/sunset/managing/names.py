@@ -1,4 +1,4 @@
-"""The names of managing systems: of those that come with SUNSET, and labels."""
+"""The names of managing systems: those that come with SUNSET, and labels."""
 
 import re
 from collections.abc import Mapping
@@ -29,14 +29,13 @@ MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
 """The managing systems that come with SUNSET, by name."""
 
 EXTERNAL: Final = "external"
-"""The managing system's name where it is another process on the graph, which is started by hand."""
+"""The name of a managing system in another process on the graph, which its user starts."""
 
 _LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
-_RESERVED: Final = frozenset({*MANAGERS, EXTERNAL})
 
 
 def check_printable(spec: str) -> None:
-    """Refuse a managing system whose name no path has and no record should hold.
+    """Refuse a name that a record cannot hold.
 
     Raises:
         ManagerError: it contains an unprintable character.
@@ -46,13 +45,12 @@ def check_printable(spec: str) -> None:
 
 
 def split_label(text: str) -> tuple[str, str]:
-    """Return the label of `LABEL=MANAGER` and what stands behind it; an empty label if there is none.
+    """Return the label and the managing system of `LABEL=MANAGER`; the label is empty if there is none.
 
     A path or a module before the first `=` is not a label: `a=b/mine.py:Mine` is a file in the folder `a=b`.
 
     Raises:
-        ManagerError: the label has other characters than a label may have, is too long, or is the name of a
-            managing system that comes with SUNSET; or the text contains an unprintable character.
+        ManagerError: the label is malformed or reserved, or the text contains an unprintable character.
 
     >>> split_label("mine-2=mine.py:Mine"), split_label("baseline")
     (('mine-2', 'mine.py:Mine'), ('', 'baseline'))
@@ -66,7 +64,7 @@ def split_label(text: str) -> tuple[str, str]:
             f"The label of the managing system {text!r} must be 1 to 40 of the letters a to z and A to Z, digits, "
             f"'_', '.', '+' and '-', and begin with a letter or digit, got {label!r}."
         )
-    if label in _RESERVED:
+    if label in {*MANAGERS, EXTERNAL}:
         raise ManagerError(
             f"The label {label!r} is the name of a managing system that comes with SUNSET; choose another for "
             f"{manager}."

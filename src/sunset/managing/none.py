@@ -8,4 +8,4 @@ class NoAdaptation(ManagingSystem):
     """Watches and does nothing: the reference that every managing system must beat."""
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Do nothing, whatever the symptoms."""
+        """Do nothing."""

@@ -1,4 +1,4 @@
-"""A managing system that is told what is wrong: how good one can be that knows the truth."""
+"""A managing system that gets the scenario: the reference for perfect knowledge."""
 
 import math
 from collections.abc import Mapping
@@ -11,8 +11,8 @@ from sunset.interfaces.system_interfaces.msg import FaultEnd, FaultInjection
 from sunset.managing.base import ManagingSystem
 from sunset.managing.configuration import Configuration, Setting, settings_of, settings_without
 from sunset.managing.known import KnownFault, KnownScenario
-from sunset.managing.requesting import request
 from sunset.managing.symptoms import Symptoms
+from sunset.managing.tools import request
 from sunset.system.vocabulary import (
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
@@ -27,25 +27,23 @@ from sunset.system.vocabulary import (
 )
 
 ORACLE: Final = "oracle"
-"""The name under which the harness tells it the scenario."""
+"""The name of the managing system to which the harness gives the scenario."""
 
 _RESTART_S: Final = 0.1
 """Seconds without output during a restart."""
 _RETRY_S: Final = 1.0
-"""A request without effect is repeated after this time."""
+"""Time after which a request without effect is repeated."""
 _TOLERABLE: Final[Mapping[str, float]] = {"depth_degradation": 0.18}
-"""Fault → the strength up to which its cure costs more than it: with less noise, the fusion is better than the colour
-image alone (`sunset models curves lite`)."""
+"""Fault → the strength up to which its cure costs more than the fault: with less noise, the fusion is better than the
+colour image alone (`sunset models curves lite`)."""
 _UNSEGMENTED: Final = 0.5
-"""What a degradation costs of the output, next to an outage: the paper's severities are from a tenth to 70 %."""
+"""The share of output that a degradation costs: the paper's severities are from a tenth to 70 %."""
 
 Cure = tuple[Adaptation, ...]
 
 
 @dataclass(eq=False)
 class _Present:
-    """A fault that is there."""
-
     fault: Fault
     known: KnownFault
     since_s: float
@@ -53,19 +51,16 @@ class _Present:
 
 
 class Oracle(ManagingSystem):
-    """Is told by the harness what is wrong, and does the best known about it; no competitor, but the reference.
+    """Knows the scenario and each fault's beginning and end, and applies the best known cures; the reference.
 
-    It knows the scenario, and hears of every fault when it comes and when it ends.
-
-    - The cheapest cure of a fault comes first. A redeploy cures all that is wrong inside a node.
-    - It waits for a fault that heals by itself, when the cure would cost more of the output.
-    - While the camera is away or boots, the fusion takes the depth image alone, and the other way round.
-    - What works around a fault of the world is undone when that is over. The enhancement undoes the strength that the
-      degradation has, if it is told so.
+    - The cheapest cure of a fault comes first. A redeploy cures all faults inside a node.
+    - It waits for a fault to heal if a cure would cost more of the output.
+    - While the camera is away or boots, the fusion takes the depth image alone, and vice versa.
+    - The workaround of an external fault is undone after the fault. The enhancement undoes the degradation's strength.
     - Its diagnosis is the truth.
 
     Args:
-        scenario: the scenario of the run, which the harness gives to this class and to no other.
+        scenario: the scenario of the run, which the harness gives to this class only.
         options: as of `ManagingSystem`.
 
     Raises:
@@ -82,17 +77,17 @@ class Oracle(ManagingSystem):
         super().__init__(**options)
 
     def on_start(self) -> None:
-        """Listen for what comes and goes; nothing is wrong yet."""
+        """Subscribe to the beginnings and ends of faults."""
         self.present: dict[str, _Present] = {}
         self.configuration = Configuration(self)
-        self.start_s = math.inf  # when the measured time began, as the first fault tells
+        self.start_s = math.inf  # when the measured time began, known from the first fault
         self.symptoms = Symptoms({})
         self.outputs = {node.name: node.outputs for node in described_nodes()}
         self.create_subscription(FaultInjection, INJECTIONS_TOPIC, self.on_injection, 100)
         self.create_subscription(FaultEnd, FAULT_ENDS_TOPIC, self.on_end, 100)
 
     def on_injection(self, injection: FaultInjection) -> None:
-        """Take note of a fault that has come, and do something about it at once."""
+        """Note a fault that has come, and react at once."""
         onset_s = ns_of(injection.stamp) / 1e9
         known = self.scenario.find(injection.fault, onset_s - self.start_s)
         if known is None or not injection.confirmed:
@@ -104,16 +99,15 @@ class Oracle(ManagingSystem):
         self.adapt(self.symptoms)
 
     def on_end(self, end: FaultEnd) -> None:
-        """Take note of a fault that is over."""
+        """Note a fault that is over."""
         self.present.pop(end.fault, None)
         self.diagnose(dict.fromkeys(self.present, 1.0))
-        if not self.scenario.brings(
-            self.now_s - self.start_s
-        ):  # else what comes now may need what would be set back
+        # a fault that comes at the same time may need the present settings
+        if not self.scenario.brings(self.now_s - self.start_s):
             self.adapt(self.symptoms)
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Cure what can be cured, and set what works around the rest."""
+        """Cure the present faults, or work around them."""
         self.symptoms = symptoms
         self.configuration.see(symptoms)
         cures = {name: self.best_cure(present) for name, present in self.present.items()}
@@ -133,7 +127,7 @@ class Oracle(ManagingSystem):
         self.configuration.want(wanted | self.workarounds(cures), symptoms)
 
     def best_cure(self, present: _Present) -> Cure:
-        """Return the cheapest cure of a fault; nothing if it costs more than the fault."""
+        """Return the cheapest cure of a fault; empty if it costs more than the fault."""
         end_s = self.start_s + self.scenario.duration_s - self.now_s
         if present.known.until is not None:
             end_s = min(end_s, self.start_s + present.known.until - self.now_s)
@@ -149,16 +143,13 @@ class Oracle(ManagingSystem):
 
     def cost_s(self, cure: Cure) -> float:
         """Return for how long a cure stops the output [s]."""
-        costs = {AdaptationKind.RESTART: _RESTART_S}
-        return sum(
-            self.configuration.boot_s[step.node]
-            if step.kind is AdaptationKind.REDEPLOY
-            else costs.get(step.kind, 0.0)
-            for step in cure
+        boots_s = (
+            self.configuration.boot_s[step.node] for step in cure if step.kind is AdaptationKind.REDEPLOY
         )
+        return sum(boots_s) + _RESTART_S * sum(step.kind is AdaptationKind.RESTART for step in cure)
 
     def do(self, present: _Present, cure: Cure) -> None:
-        """Do a cure, unless it was just done or its nodes are away."""
+        """Request a cure, unless it was just requested or its nodes are away."""
         is_away = any(step.node in self.configuration.booting for step in cure)
         if is_away or self.now_s - present.tried_s < _RETRY_S:
             return
@@ -170,11 +161,11 @@ class Oracle(ManagingSystem):
                 request(self, step)
 
     def strength(self, present: _Present) -> Value:
-        """Return how strong a fault is now."""
+        """Return the present strength of a fault."""
         return present.known.strength(self.now_s - present.since_s)
 
     def workarounds(self, cures: Mapping[str, Cure]) -> dict[Setting, Value]:
-        """Return the settings by which the pipeline does without what is away for longer than a restart."""
+        """Return the settings for the pipeline without the sensors that are away for longer than a restart."""
         failures = described_failures()
         away = {
             full_name(failures[present.fault.failure].topic)

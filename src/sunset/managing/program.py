@@ -1,4 +1,4 @@
-"""A managing system that is a program in any language: JSON lines on its standard input and output."""
+"""A managing system that is a program in any language, with JSON lines on its standard input and output."""
 
 import fcntl
 import json
@@ -19,26 +19,20 @@ from sunset.managing.base import LONGEST_THOUGHT_S, ManagingSystem
 from sunset.managing.command import Command, parse_command
 from sunset.managing.symptoms import Symptoms
 from sunset.ros.task import Future
-from sunset.system.vocabulary import (
-    AdaptationKind,
-    Value,
-    node_names,
-)
+from sunset.system.vocabulary import AdaptationKind, Value, node_names
 from sunset.texts import shorten, suggestion
 
 _LONGEST: Final = 2**20
-"""Bytes that a line of a program's output may have."""
+"""The longest line of a program's output, in bytes."""
 _PIECE: Final = 2**16
 _PARTING_S: Final = 10.0
-"""How long a program that has closed its output may take to end, so that it can be said how it did."""
+"""How long a program that has closed its output may take to end, so that the error can name its exit code."""
 _LOOK_S: Final = 0.1
-"""Wait for output before looking whether the program has ended."""
+"""The wait for output between two looks whether the program has ended."""
 _QUOTED: Final = 100
 
 
 class _Adaptation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind"):
-    """An adaptation that a program asks for."""
-
     node: str
     id: int | str | None = None
 
@@ -97,23 +91,23 @@ _ANSWERS: Final = msgspec.json.Decoder(Answer)
 
 
 class Program(ManagingSystem):
-    """Runs a program, which decides: `adapt` writes one line to it and reads one line.
+    """Runs a program that decides: `adapt` writes a line to it and reads a line from it.
 
     Attributes:
-        command: how it is started.
+        command: starts the program.
     """
 
     command: ClassVar[Command]
 
     def on_start(self) -> None:
-        """Start the program, and tell it of the system.
+        """Start the program, and send it the greeting.
 
         Raises:
             ManagerError: it cannot be started.
         """
         self.__output = bytearray()
-        self.__lines = 0  # that it was asked for
-        self.__asked = 0  # adaptations, so far
+        self.__lines = 0  # of its output, so far
+        self.__requests = 0  # adaptations, so far
         self.__pending: list[tuple[int | str, Future[bool]]] = []
         try:
             self.__process = subprocess.Popen(  # noqa: S603  the user's own command
@@ -131,26 +125,26 @@ class Program(ManagingSystem):
         self.__write(self.greeting)
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Ask the program what to do, and do it.
+        """Ask the program for adaptations, and request them.
 
         Raises:
-            ManagerError: it answered anything else than one line of the protocol.
+            ManagerError: its answer breaks the protocol.
         """
-        known = [(name, future) for name, future in self.__pending if future.done()]
-        self.__pending = [call for call in self.__pending if call not in known]
+        answered = [(name, future) for name, future in self.__pending if future.done()]
+        self.__pending = [call for call in self.__pending if call not in answered]
         answer = self.__ask(
             {
                 "time": self.now_s,
                 "symptoms": {name: value for name, value in symptoms.items() if not _is_absent(value)},
-                "results": [{"id": name, "accepted": future.result()} for name, future in known],
+                "results": [{"id": name, "accepted": future.result()} for name, future in answered],
             }
         )
         self.think(answer.think_s)
         if answer.diagnosis is not None:
             self.diagnose(answer.diagnosis)
         for adaptation in answer.adaptations:
-            self.__asked += 1
-            name = self.__asked if adaptation.id is None else adaptation.id
+            self.__requests += 1
+            name = self.__requests if adaptation.id is None else adaptation.id
             self.__pending.append((name, adaptation.do(self)))
 
     def destroy_node(self) -> None:
@@ -174,10 +168,9 @@ class Program(ManagingSystem):
                 f"is followed by more, {_quoted(bytes(self.__output))}, before that was asked for: one line answers "
                 "one of its input"
             )
-        return self.__understood(line)
+        return self.__decode(line)
 
-    def __understood(self, line: bytes) -> Answer:
-        """Return what a line says."""
+    def __decode(self, line: bytes) -> Answer:
         try:
             answer = _ANSWERS.decode(line)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -197,12 +190,12 @@ class Program(ManagingSystem):
 
     def __write(self, document: object) -> None:
         line = memoryview(json.dumps(document, allow_nan=False, separators=(",", ":")).encode() + b"\n")
-        with suppress(BrokenPipeError):  # how it ended is said where its answer is missing
+        with suppress(BrokenPipeError):  # reading its answer reports how it ended
             while line:
                 line = line[os.write(self.__inlet, line) :]
 
     def __read_line(self) -> bytes:
-        """Wait for a line of the program's output; return it without its end."""
+        """Wait for a line of the program's output, and return it without its end."""
         while (end := self.__output.find(b"\n")) < 0:
             if len(self.__output) > _LONGEST:
                 raise self.__error(f"is longer than {_LONGEST} bytes: {_quoted(bytes(self.__output))}")
@@ -218,7 +211,7 @@ class Program(ManagingSystem):
         return os.read(self.__outlet, _PIECE)
 
     def __has_output(self) -> bool:
-        """Wait for output, or its end; return False if the program ended and a child of it holds the output open."""
+        """Wait for output or its end; return False if the program has ended and its child keeps the output open."""
         while not self.__is_readable(_LOOK_S):
             if self.__process.poll() is not None:
                 return self.__is_readable()
@@ -228,7 +221,7 @@ class Program(ManagingSystem):
         return bool(select.select([self.__outlet], [], [], limit_s)[0])
 
     def __is_unread(self) -> bool:
-        """Return whether a part of the input is still on its way to the program, where the system tells."""
+        """Return whether the program has not read all of its input, as far as the system knows."""
         try:
             waiting = fcntl.ioctl(self.__inlet, termios.FIONREAD, b"\0\0\0\0")
         except OSError:
@@ -236,7 +229,6 @@ class Program(ManagingSystem):
         return any(waiting)
 
     def __ending(self) -> str:
-        """Return how the program ended its output, in words."""
         try:
             code = self.__process.wait(_PARTING_S)
         except subprocess.TimeoutExpired:
@@ -245,16 +237,12 @@ class Program(ManagingSystem):
             how = f"it ended with exit code {code}" if code >= 0 else f"it was ended by signal {-code}"
         return f"{how} in the middle of {_quoted(bytes(self.__output))}" if self.__output else how
 
-    def __error(self, what: str) -> ManagerError:
-        return ManagerError(f"Its program broke the protocol: line {self.__lines} of its output {what}.")
+    def __error(self, problem: str) -> ManagerError:
+        return ManagerError(f"Its program broke the protocol: line {self.__lines} of its output {problem}.")
 
 
 def load_program(spec: str, folder: Path = Path()) -> type[Program]:
-    """Return the class of `exec:COMMAND`, of which relative paths begin in a folder.
-
-    Raises:
-        ManagerError: as `parse_command`.
-    """
+    """Return the class of `exec:COMMAND`, whose relative paths begin in `folder`."""
     return type("Program", (Program,), {"command": parse_command(spec, folder), "__module__": __name__})
 
 
@@ -263,5 +251,4 @@ def _is_absent(value: Value) -> bool:
 
 
 def _quoted(output: bytes) -> str:
-    """Return a part of a program's output as a message quotes it."""
     return repr(shorten(output[: 4 * _QUOTED].decode("utf-8", "backslashreplace"), _QUOTED))

@@ -1,37 +1,36 @@
-"""A managing system that adapts at random: what luck alone is worth."""
+"""A managing system that adapts at random, as a measure of luck."""
 
 from typing import Final, cast
 
 from sunset.managing.base import ManagingSystem
-from sunset.managing.requesting import request
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.thresholds import Thresholds
+from sunset.managing.tools import Thresholds, request
 from sunset.seeding import generator
 from sunset.system.vocabulary import Adaptation, Failure, described_failures, described_faults
 
 _SHARE: Final = 0.1
-"""Share of the calls of `adapt` with something wrong in which it adapts: one in two seconds, on average."""
+"""Share of calls of `adapt` during a failure in which it adapts: once in two seconds, on average."""
 
 
 class RandomAdaptation(ManagingSystem):
-    """Does any cure of any fault that could show as it does, at random moments, each as often.
+    """Chooses cures of the failures that show, at random moments, all with the same probability.
 
-    It knows what cures which failure, but tells neither causes from ripples nor faults from each other, and sees not
-    what its adaptations do. Moments and cures are drawn anew at each look, from the seed of the run and from what it
-    sees: were it the seed alone, the luck of one sequence of draws would be that of all scenarios and flights.
+    It knows the cures of each failure, but distinguishes neither causes from ripples nor faults from each other, and
+    ignores the effects of its adaptations. Each draw depends on the run's seed and on the symptoms: with the seed
+    alone, the luck of a single sequence of draws would decide all scenarios and flights.
 
     Parameters:
-        manager_seed: what it draws from.
+        manager_seed: the seed of its draws.
     """
 
     def on_start(self) -> None:
-        """Take what it draws from."""
+        """Read the seed."""
         self.seed = cast("int", self.declare_parameter("manager_seed", 0).value)
         self.looks = 0
         self.thresholds = Thresholds(self)
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Draw whether to adapt now, and what to do."""
+        """Draw whether to adapt now, and a cure."""
         showing = {failure.name for failure in described_failures().values() if self.shows(failure, symptoms)}
         faults = (fault for fault in described_faults().values() if fault.failure in showing)
         cures = dict.fromkeys(cure for fault in faults for cure in fault.cures)
@@ -50,5 +49,5 @@ class RandomAdaptation(ManagingSystem):
 
 
 def is_possible(cure: tuple[Adaptation, ...], symptoms: Symptoms) -> bool:
-    """Return whether the node that a cure begins with is there: a node that boots cannot be asked."""
+    """Return whether the first node of a cure can answer: a node that boots cannot."""
     return symptoms.state(cure[0].node) in {"active", "inactive"}

@@ -1,4 +1,4 @@
-"""A managing system that looks for causes: a readable example, and better than the baseline."""
+"""A managing system that looks for causes: a readable example, which is better than the baseline."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -6,39 +6,34 @@ from typing import Final
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.thresholds import Thresholds
-from sunset.managing.waits import Waits
-from sunset.managing.wiring import Wiring
+from sunset.managing.tools import Thresholds, Waits, Wiring
 from sunset.system.vocabulary import described_failures, described_faults, full_name
 
 _RESTART_S: Final = 0.5
-"""Time until a restarted node would send again."""
-
+"""Time until a restarted node sends again."""
 _MARGIN_S: Final = 0.3
-"""Time until a node that has booted is heard."""
-
+"""Time from a node's boot to its first message."""
 _ENTROPY_S: Final = 0.7
-"""Time until the entropy, a mean over 5 frames, is one of new frames only."""
-
+"""Time until the entropy, a mean over 5 frames, is of new frames only."""
 _FOCUS_S: Final = 0.9
-"""Time until the sharpness is one of new frames only."""
+"""Time until the sharpness is of new frames only."""
 
 
 class Reactive(ManagingSystem):
-    """Repairs what stopped first, focuses the camera, and tries the cures of an unsure segmentation in turn.
+    """Repairs the first node that stopped, focuses the camera, and tries the cures of an unsure segmentation in turn.
 
-    - *Outage*: several topics are silent at once if the failure ripples. It repairs the node of the silent topic that
-      is furthest upstream, and those downstream recover by themselves. It restarts that node, and redeploys it if it
-      stays silent, since a restart takes less time and cures half of the faults.
+    - *Outage*: several topics are silent at once if the failure ripples. It repairs the node of the silent topic
+      furthest upstream, and nodes downstream recover. It restarts that node, and redeploys it if it stays silent, since
+      a restart takes less time and cures half of the faults.
     - *Blurred images*: the camera focuses.
-    - *Unsure segmentation*: four causes look the same. It tries one cure after the other, the cheapest first. One that
-      lowers the entropy is kept, another is undone.
+    - *Unsure segmentation*: four causes look the same. It tries their cures in turn, the cheapest first. It keeps a
+      cure that lowers the entropy, and undoes any other.
 
-    Its diagnosis names the faults of each failure that shows, all as probable.
+    Its diagnosis names the faults of each failure that shows, with equal probabilities.
     """
 
     def on_start(self) -> None:
-        """Start with nothing done and nothing to wait for."""
+        """Begin without a trial."""
         self.wiring, self.waits, self.thresholds = Wiring(), Waits(self), Thresholds(self)
         self.restarted = ""
         self.trial = 0
@@ -46,11 +41,11 @@ class Reactive(ManagingSystem):
         self.entropy_before = 0.0
 
     def adapt(self, symptoms: Symptoms) -> None:
-        """Answer each of the three kinds of symptoms, unless the last answer to it has still to show."""
+        """React to each of the three kinds of symptoms, unless the effect of the last reaction is still unknown."""
         silent = self.wiring.first_silent(symptoms)
         self.diagnose(self.suspects(silent, symptoms))
         if silent:
-            self.waits.start("trial", _ENTROPY_S)  # the entropy is that of old frames
+            self.waits.start("trial", _ENTROPY_S)  # the entropy is of old frames
         if self.waits.over("repair"):
             self.repair(silent)
         if symptoms.autofocus_needed and not symptoms.stopped("rgb_camera") and self.waits.over("focus"):
@@ -76,7 +71,7 @@ class Reactive(ManagingSystem):
         return {fault.name: 1 / counts[fault.failure] for fault in faults if fault.failure in showing}
 
     def repair(self, node: str) -> None:
-        """Restart the node that is silent, or redeploy it if that was no help; do nothing if none is."""
+        """Restart the silent node, or redeploy it if a restart has not helped."""
         if node and node != self.restarted:
             self.restart(node)
             self.waits.start("repair", _RESTART_S)
@@ -88,7 +83,7 @@ class Reactive(ManagingSystem):
         self.restarted = ""
 
     def judge(self, symptoms: Symptoms) -> None:
-        """While the segmentation is unsure, undo the last cure if it was no help, and try the next."""
+        """While the segmentation is unsure, undo the last cure if it has not helped, and try the next."""
         if not symptoms.unsure:
             self.trial, self.undo = 0, None
             return
@@ -102,18 +97,18 @@ class Reactive(ManagingSystem):
         self.waits.start("trial", _ENTROPY_S)
 
     def recalibrate(self, symptoms: Symptoms) -> None:
-        """Fit colour and depth images together again; this harms nothing, so that it needs no undoing."""
+        """Make colour and depth images match; this does no harm and is never undone."""
         del symptoms
         self.set_parameter("sensor_fusion", "do_recalibration", value=True)
 
     def switch_enhancement(self, symptoms: Symptoms) -> Callable[[], object]:
-        """Brighten the colour images, or no longer if they are brightened; return what undoes this."""
+        """Brighten the colour images, or stop brightening them; return a function that undoes this."""
         active = symptoms.state("image_enhancement") == "active"
         self.enhance(not active)
         return lambda: self.enhance(active)
 
     def enhance(self, wanted: bool) -> None:
-        """Let the fusion take the enhanced colour images, or those of the camera."""
+        """Let the fusion take the enhanced colour images, or the camera's."""
         if wanted:
             self.activate("image_enhancement")
         self.change_topic("sensor_fusion", "topic_camera_input", "rgb_enhanced" if wanted else "rgb_camera")
@@ -121,7 +116,7 @@ class Reactive(ManagingSystem):
             self.deactivate("image_enhancement")
 
     def ignore_depth(self, symptoms: Symptoms) -> Callable[[], object]:
-        """Segment from the colour image alone; return what undoes this."""
+        """Segment from the colour image alone; return a function that undoes this."""
         del symptoms
         self.set_parameter("sensor_fusion", "modality", 1)
         return lambda: self.set_parameter("sensor_fusion", "modality", 0)

@@ -1,4 +1,4 @@
-"""What a managing system sees of the managed one: the blackboard, as a read-only mapping."""
+"""The symptoms that a managing system sees: the blackboard, as a read-only mapping."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -23,20 +23,19 @@ from sunset.system.vocabulary import (
 from sunset.texts import shorten, suggestion
 
 FloatOrNaN = Annotated[float, "NaN until it is measured"]
-"""A measured number, or NaN until there is one: never None. NaN is neither over nor under any threshold."""
+"""A measured number, or NaN until it is measured. NaN is neither over nor under any threshold."""
 
 DEFAULT_ENTROPY_THRESHOLD: Final = 0.06
-"""The published model's."""
+"""The threshold of the published model."""
 
 
 class Symptoms(Mapping[str, Value]):
     """The blackboard at one moment.
 
-    All entries are there under their names, `symptoms["segmentation_entropy"]`; what has not been measured yet is
-    not an entry. The properties and methods give the common ones, and need no test for what is absent: a number is
-    then NaN, which compares false with every threshold, and a question is answered with False. Topics and nodes
-    can be given by their short names, such as `rgb_camera`, or their full ones. A topic, node or signal that neither
-    the system nor the blackboard has is refused with a ValueError, since it would look well for ever.
+    It maps the names of entries to values, such as `symptoms["segmentation_entropy"]`, as soon as they are measured.
+    Properties and methods return the common entries. Until they are measured, numbers are NaN, which compares false
+    with every threshold, and conditions are False. Topics and nodes have short names, such as `rgb_camera`, or full
+    names. An unknown topic, node or signal raises a ValueError.
 
     Args:
         values: the entries, by name.
@@ -70,10 +69,10 @@ class Symptoms(Mapping[str, Value]):
     def __len__(self) -> int:
         return len(self._values)
 
-    if not TYPE_CHECKING:  # a type checker should know what there is not
+    if not TYPE_CHECKING:  # a type checker should find unknown attributes
 
         def __getattr__(self, name: str) -> NoReturn:
-            """Say what was perhaps meant; called for what is not there only."""
+            """Refuse an unknown attribute."""
             known = [attribute for attribute in dir(type(self)) if not attribute.startswith("_")]
             raise AttributeError(
                 f"Symptoms have no {name!r}: {suggestion(name, known)}name one of {', '.join(known)}.",
@@ -84,46 +83,27 @@ class Symptoms(Mapping[str, Value]):
         return f"Symptoms({self._values!r})"
 
     def signal(self, name: str) -> FloatOrNaN:
-        """Return a number that a node reports, by its entry's name, such as `segmentation_entropy`.
-
-        Returns:
-            The mean of its last 5 samples; NaN until there are five.
-
-        Raises:
-            ValueError: there is no such signal.
-        """
+        """Return the mean of a signal's last 5 samples, such as `segmentation_entropy`; NaN until there are five."""
         key, signals = _text(name), signal_names()
         if key not in self and key not in signals:
             raise _unknown_error("signal", name, signals)
         return self._number(key)
 
     def frequency(self, topic: str) -> FloatOrNaN:
-        """Return the messages per second on a topic, over the last second; NaN until the first came.
-
-        Raises:
-            ValueError: there is no such topic.
-        """
+        """Return the messages per second on a topic, over the last second; NaN until the first came."""
         return self._number(self._topic_key(topic, frequency_entry))
 
     def age(self, topic: str) -> FloatOrNaN:
-        """Return how long ago the last message on a topic came [s]; NaN until the first came.
-
-        Raises:
-            ValueError: there is no such topic.
-        """
+        """Return how long ago the last message on a topic came [s]; NaN until the first came."""
         return self._number(self._topic_key(topic, age_entry))
 
     def stopped(self, topic: str) -> bool:
-        """Return whether a topic that once had messages has had none for the last second.
-
-        Raises:
-            ValueError: there is no such topic.
-        """
+        """Return whether a topic that once had messages has had none for the last second."""
         return self.frequency(topic) == 0
 
     @property
     def up(self) -> bool:
-        """Whether the managed system has come up: a segmented frame was seen; True from then on."""
+        """Whether the managed system has come up: True from the first segmented frame on."""
         return frequency_entry(RESULT_TOPIC) in self
 
     @property
@@ -147,19 +127,11 @@ class Symptoms(Mapping[str, Value]):
         return self._values.get("camera_autofocus_needed") is True
 
     def state(self, node: str) -> str:
-        """Return a node's lifecycle state, such as `active`; `unknown` while its heartbeat is not heard.
-
-        Raises:
-            ValueError: there is no such node.
-        """
+        """Return a node's lifecycle state, such as `active`; `unknown` while its heartbeat is missing."""
         return str(self._values.get(self._node_key(node, state_entry), "unknown"))
 
     def heartbeat(self, node: str) -> FloatOrNaN:
-        """Return a node's heartbeats per second, over the last second; NaN if it was never heard.
-
-        Raises:
-            ValueError: there is no such node.
-        """
+        """Return a node's heartbeats per second, over the last second; NaN until the first came."""
         return self._number(self._node_key(node, heartbeat_entry))
 
     def _topic_key(self, topic: str, entry: Callable[[str], str]) -> str:
@@ -182,13 +154,12 @@ class Symptoms(Mapping[str, Value]):
 
 
 def read_parameters(parameters: Iterable[Parameter]) -> dict[str, Value]:
-    """Return the values of a message's parameters; those of types that a blackboard has not are left out."""
+    """Return the values of a message's parameters, without types that a blackboard cannot hold."""
     values = ((parameter.name, scalar_of(parameter.value)) for parameter in parameters)
     return {name: value for name, value in values if value is not None}
 
 
 def _missing_text(key: object, values: Iterable[str]) -> str:
-    """Return why the blackboard has no entry of a name."""
     known = {*map(frequency_entry, topic_names()), *map(age_entry, topic_names()), *signal_names()}
     if key in known:
         return f"The blackboard does not have {key!r} yet; symptoms.get({key!r}) is None until it does."
@@ -198,12 +169,12 @@ def _missing_text(key: object, values: Iterable[str]) -> str:
 
 
 def _text(name: object) -> str:
-    """Return a name as a plain text, also a member of an enumeration of texts, and whatever is no name."""
+    """Return a name as a plain text, also a member of an enumeration of texts."""
     return str.__str__(name) if isinstance(name, str) else str(name)
 
 
-def _unknown_error(what: str, name: str, known: Iterable[str]) -> ValueError:
+def _unknown_error(kind: str, name: str, known: Iterable[str]) -> ValueError:
     return ValueError(
-        f"There is no {what} {shorten(repr(name), 100)}: {suggestion(_text(name), known)}name one of "
+        f"There is no {kind} {shorten(repr(name), 100)}: {suggestion(_text(name), known)}name one of "
         f"{', '.join(known)}. If an extension adds it, pass --extension."
     )

@@ -1,4 +1,4 @@
-"""Which failures show, as far as that can be told while repairs are under way."""
+"""Which failures show, as far as that can be known while repairs are under way."""
 
 from collections import Counter, deque
 from typing import Final
@@ -6,8 +6,7 @@ from typing import Final
 from sunset.managing.base import ManagingSystem
 from sunset.managing.configuration import Configuration, settings_without, view_setting
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.thresholds import Thresholds
-from sunset.managing.wiring import Wiring
+from sunset.managing.tools import Thresholds, Wiring
 from sunset.system.vocabulary import (
     Failure,
     Fault,
@@ -20,27 +19,27 @@ from sunset.system.vocabulary import (
 )
 
 NEW_FRAMES_S: Final = 0.75
-"""After so long a signal is one of new frames only: a mean over 5 of them, reported and shown ten times a second."""
+"""The time until a signal, a mean over 5 frames, is of new frames only, and is on the blackboard."""
 PASSING_S: Final = 0.35
-"""After so long one sees whether a node passes on what it gets: by `_SILENT` at 10 Hz, and a blackboard."""
+"""The time until a node's output can be seen: `_SILENT` periods at 10 Hz, and a blackboard."""
 _SILENT: Final = 2.5
-"""A topic is silent when its last message is older than so many of its periods: two messages are missing, and half a
-period is left for jitter. Its period follows from how many messages it has had in most seconds."""
+"""The age of the last message, in periods, from which on a topic is silent: two messages are missing, and half a period
+is left for jitter. The period follows from the number of messages in most seconds."""
 _DOUBTFUL: Final = 1.5
-"""From so many periods on it may be: one message is missing."""
+"""The age, in periods, from which on a topic may be silent: a message is missing."""
 _JUMP: Final = 1 / 6
-"""A signal jumps if it rises within `NEW_FRAMES_S` by so much of its threshold: the scene changes it by less."""
+"""A jump: the rise of a signal within `NEW_FRAMES_S`, as a share of its threshold. The scene changes it by less."""
 
 
 class Watch:
-    """Tells which failures show.
+    """Says which failures show.
 
-    - A topic is silent if its node gets all of its inputs and sends nothing; whatever is behind it is not asked.
+    - A topic is silent if its node gets all of its inputs and sends nothing; topics downstream are unknown then.
     - A signal counts when all of its frames are new. While a good value proves nothing, a jump shows the failure, too.
 
     Args:
-        manager: the managing system that watches; thresholds are its parameters.
-        configuration: how the managed system is set.
+        manager: the managing system, whose parameters are the thresholds.
+        configuration: the settings of the managed system.
     """
 
     def __init__(self, manager: ManagingSystem, configuration: Configuration) -> None:
@@ -52,17 +51,17 @@ class Watch:
         self._view, self._without = view_setting(), settings_without()
         self._views = {view.setting.value: view for view in described_views()}
         self._symptoms = Symptoms({})
-        self._rates: dict[str, Counter[float]] = {}  # topic → how often it had so many messages in a second
+        self._rates: dict[str, Counter[float]] = {}  # topic → messages in a second → how often
         self._stopped: set[str] = set()
         self._repair_s: dict[str, float] = {}  # topic → when the repair of its node began
-        self._asked_s: dict[str, float] = {}  # topic → from then on its node must have sent something
-        self._clear_s: dict[str, float] = {}  # signal → from then on it is of new frames
+        self._asked_s: dict[str, float] = {}  # topic → when its node must have sent something
+        self._clear_s: dict[str, float] = {}  # signal → when it is of new frames
         self._seen: dict[str, deque[tuple[float, float]]] = {}  # signal → its last values
-        self._calm: dict[str, float] = {}  # signal that has jumped → above this it has not come back
+        self._calm: dict[str, float] = {}  # signal that has jumped → the value to come back to
         self._set: Value | None = None
 
     def sees(self, fault: Fault, *, is_conclusive: bool = False) -> bool:
-        """Return whether a fault can show with the sensors in use, or, if `is_conclusive`, must show if it is there."""
+        """Return whether a fault can show with the sensors in use or, if `is_conclusive`, must show if present."""
         signal = described_failures()[fault.failure].signal
         view = self._view_of(signal) if signal else None
         if view is None or fault.effect is None:
@@ -70,13 +69,13 @@ class Watch:
         return fault.effect.sensor in view.sensors and view.is_conclusive >= is_conclusive
 
     def _view_of(self, signal: str) -> View | None:
-        """Return with which sensors the pipeline works, where that changes a signal; else None."""
+        """Return the view in use if it affects a signal; else None."""
         node, _ = self._view
         before = {self._wiring.publisher[topic] for topic in self._wiring.topics_until(self._nodes[signal])}
         return self._views.get(self._configuration.get(self._view)) if node in before else None
 
     def see(self, symptoms: Symptoms) -> None:
-        """Take note of a moment."""
+        """Note the symptoms of a moment."""
         self._symptoms = symptoms
         for topic in self._wiring.topics:
             frequency = symptoms.frequency(topic)
@@ -87,7 +86,7 @@ class Watch:
             self._clear_s = dict.fromkeys(self._nodes, self._manager.now_s + NEW_FRAMES_S)
 
     def is_away(self, topic: str) -> bool:
-        """Return whether a topic's node boots, or has stopped and does not send half as often again as it did."""
+        """Return whether a topic's node boots, or has stopped and not yet regained half of its rate."""
         is_booting = self._wiring.publisher[topic] in self._configuration.booting
         if is_booting or self._symptoms.frequency(topic) >= self._usual(topic) / 2:
             self._stopped.discard(topic)
@@ -96,7 +95,7 @@ class Watch:
         return is_booting or topic in self._stopped
 
     def begin_repair(self, topic: str) -> None:
-        """Take note that a topic's node is repaired."""
+        """Note that the repair of a topic's node begins."""
         self._repair_s[topic] = self._manager.now_s
 
     def is_back(self, failure: Failure) -> bool:
@@ -107,11 +106,11 @@ class Watch:
         return last_s > self._repair_s.get(full_name(failure.topic), last_s)
 
     def end_repair(self, topic: str) -> None:
-        """Take note that a topic's node is repaired no longer."""
+        """Note that the repair of a topic's node is over."""
         self._repair_s.pop(topic, None)
 
     def shows(self, failure: Failure) -> bool | None:
-        """Return whether a failure shows; None where that cannot be told now."""
+        """Return whether a failure shows; None if that is unknown now."""
         return self._is_silent(full_name(failure.topic)) if failure.topic else self._is_beyond(failure.signal)
 
     def badness(self, failure: Failure) -> float:
@@ -122,7 +121,7 @@ class Watch:
         return self._symptoms.age(topic) * self._usual(topic) > periods
 
     def _usual(self, topic: str) -> float:
-        """Return how many messages a topic has in most seconds."""
+        """Return the number of messages that a topic has in most seconds."""
         return self._rates[topic].most_common(1)[0][0] if topic in self._rates else 0.0
 
     def _is_silent(self, topic: str) -> bool | None:
@@ -143,7 +142,7 @@ class Watch:
         return self._thresholds.is_beyond(name, self._symptoms) or self._has_jumped(name)
 
     def _has_jumped(self, name: str) -> bool:
-        """Return whether a signal has jumped, and has not come back, while a good value proves nothing."""
+        """Return whether a signal whose good values prove nothing has jumped and not come back."""
         view = self._view_of(name)
         if view is None or view.is_conclusive:
             return False
@@ -160,7 +159,7 @@ class Watch:
         return name in self._calm
 
     def _lacks(self, topic: str) -> bool:
-        """Return whether a topic may be silent, and the pipeline is not set to work without it."""
+        """Return whether a topic may be silent while the pipeline needs it."""
         node = self._wiring.publisher[topic]
         is_away = (
             node in self._configuration.booting or topic in self._repair_s or self._is_late(topic, _DOUBTFUL)

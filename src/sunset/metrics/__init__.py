@@ -1,4 +1,4 @@
-"""How well a managing system did, measured from outside: pure functions from a timeline to figures."""
+"""Figures of a run, measured from outside: pure functions of a timeline."""
 
 from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
 from sunset.metrics.confusion import ClassCounts, accumulated_iou, class_iou, count_classes, image_iou

@@ -1,4 +1,4 @@
-"""Which adaptations the managed system was given, made of the commands that reached it."""
+"""The adaptations of the managed system, from the commands that reached it."""
 
 import re
 from collections.abc import Sequence
@@ -20,18 +20,18 @@ _FRACTION = re.compile(r"-?\d+\.\d+(e[+-]\d+)?")
 
 @dataclass(frozen=True, slots=True)
 class ExecutedAdaptation:
-    """One adaptation that was carried out.
+    """An adaptation that was carried out.
 
     Attributes:
-        time: when its command was received, of a restart the first one [s].
+        time: when its command was received, for a restart the first [s].
         node: the node, without namespace.
         kind: `restart`, `redeploy`, `activate`, `deactivate`, `configure`, `cleanup`, `set_parameter` or
             `change_topic`.
-        client: the full name of the node that asked for it.
+        client: the full name of the node that requested it.
         parameters: the names of the parameters that were set.
         values: their values as text.
-        begun: when the shutdown came that a redeploy followed [s]; None without one.
-        completed: when the activation came that made a restart of a deactivation [s]; None without one.
+        begun: when the shutdown before a redeploy was received [s].
+        completed: when the activation of a restart was received [s].
     """
 
     time: float
@@ -45,7 +45,7 @@ class ExecutedAdaptation:
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """When the commands came that it consists of, at the least the first and the last [s]."""
+        """When its first and last commands came [s]."""
         return tuple(time for time in (self.begun, self.time, self.completed) if time is not None)
 
     def __str__(self) -> str:
@@ -55,13 +55,13 @@ class ExecutedAdaptation:
 
     @property
     def parts(self) -> "tuple[ExecutedAdaptation, ...]":
-        """An adaptation for each parameter that one call sets; any other adaptation as it is."""
+        """An adaptation for each parameter that the call sets; any other adaptation itself."""
         pairs = zip(self.parameters, self.values, strict=True)
         return tuple(replace(self, parameters=(name,), values=(value,)) for name, value in pairs) or (self,)
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """In words, each of the parameters that it sets at once; or all that it does."""
+        """Each parameter that it sets in words; for another adaptation, the adaptation in words."""
         if not self.parameters:
             return (f"{self.kind} {self.node}",)
         pairs = zip(self.parameters, self.values, strict=True)
@@ -81,7 +81,7 @@ def _short(value: str) -> str:
 
 
 def affects(node: str, failure: str) -> bool:
-    """Return whether an adaptation of `node` can resolve `failure`: it is the failing node or upstream of it.
+    """Return whether an adaptation of `node` can resolve `failure`, as it is the failing node or upstream of it.
 
     >>> affects("depth", "F2"), affects("depth", "F1")
     (True, False)
@@ -92,16 +92,15 @@ def affects(node: str, failure: str) -> bool:
 
 
 def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tuple[ExecutedAdaptation, ...]:
-    """Return the adaptations that the commands amount to, in order of time.
+    """Return the adaptations that the commands perform, in order of time.
 
-    - Counted are successful commands to nodes of the managed system up to `until_s`, from clients that are not
-      part of the experiment itself. Those of the warm-up count too: nothing needed adapting then.
-    - A service call that sets parameters is one adaptation, however many it sets; it is a change of topic
-      where one of them names the topic of an input.
-    - A deactivation and an activation of the same node, by the same client, at most 1 s apart, are one
-      restart, together with a cleanup and a configuration between them.
-    - A lifecycle shutdown ends the process, and is a redeploy; where the launcher's that makes a new one follows, the
-      two are one, at the time of the second.
+    - Successful commands to managed nodes up to `until_s` count, also in the warm-up, unless the experiment's own nodes
+      sent them.
+    - A call that sets parameters is a single adaptation: a change of topic if a parameter names the topic of an input.
+    - A deactivation and an activation of a node by the same client within 1 s are a restart, together with a cleanup
+      and a configuration between them.
+    - A lifecycle shutdown is a redeploy; with the launcher's redeploy after it, it is a single adaptation, at the time
+      of the second.
 
     Args:
         commands: in order of time.
@@ -124,7 +123,7 @@ def executed_adaptations(commands: Sequence[Command], *, until_s: float) -> tupl
 
 
 def _adaptation(command: Command) -> ExecutedAdaptation | None:
-    """Return what one command does, or None where it is not to be counted."""
+    """Return the adaptation of a command, or None if it does not count."""
     system = current_system()
     node = short_name(command.node)
     kind = _KINDS.get(command.kind)
@@ -136,7 +135,7 @@ def _adaptation(command: Command) -> ExecutedAdaptation | None:
 
 
 def _append(done: list[ExecutedAdaptation], new: ExecutedAdaptation) -> None:
-    """Append `new`, or make a restart of it and of the deactivation that it completes."""
+    """Append `new`, or merge it with the deactivation that it completes into a restart."""
     steps = _begun_restart(done, new) if new.kind == "activate" else []
     if not steps:
         done.append(new)
@@ -147,9 +146,9 @@ def _append(done: list[ExecutedAdaptation], new: ExecutedAdaptation) -> None:
 
 
 def _begun_restart(done: Sequence[ExecutedAdaptation], new: ExecutedAdaptation) -> list[int]:
-    """Return the indices of the steps that an activation merges into a restart, latest first.
+    """Return the indices of the steps of the restart that an activation completes, from the last to the deactivation.
 
-    The last of them is the deactivation; without one there is no restart, and the list is empty.
+    It is empty without a deactivation.
     """
     steps: list[int] = []
     for position in range(len(done) - 1, -1, -1):
@@ -169,10 +168,10 @@ def _begun_restart(done: Sequence[ExecutedAdaptation], new: ExecutedAdaptation) 
 def unnecessary_redeploys(
     adaptations: Sequence[ExecutedAdaptation], injections: Sequence[Injection]
 ) -> tuple[ExecutedAdaptation, ...]:
-    """Return the redeploys of a node that had no fault only a redeploy cures, when they were executed.
+    """Return the redeploys of a node without a present fault that only a redeploy cures.
 
-    Such a fault is there from its injection to the first redeploy of its node after that, or until it heals by itself.
-    Whether there is one the injections say, and not what the managing system believes. Both are in order of time.
+    Such a fault is present from its injection to the first redeploy of its node, or until it heals. Both arguments are
+    in order of time.
 
     Source: the paper, section 4, on unnecessary redeploys.
     """

@@ -1,7 +1,7 @@
-"""Intersection over union: counts first, one division at the end.
+"""Intersection over union, from counts of pixels.
 
-`image_iou` is the paper's figure (section 4): of one image, the mean over the classes that are in it.
-Averaged over images it is not the data set's mIoU, which `accumulated_iou` makes of the summed counts.
+`image_iou` is the paper's figure (section 4): the mean over the classes in an image. Its mean over images is not the
+mIoU of a data set, which `accumulated_iou` returns from summed counts.
 """
 
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ import numpy.typing as npt
 from sunset.metrics.timeline import NUMBER_OF_CLASSES, Counts
 
 _EXACT: Final = 1 << 24
-"""So many pixels are counted exactly, for the counts are of `float32`."""
+"""The number of pixels that can be counted exactly with `float32`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClassCounts:
-    """Pixels of each class in one image, or in several that were added up.
+    """Pixels of each class in an image, or in several images together.
 
     Attributes:
         intersection: (28,) in the prediction and in the truth.
@@ -36,8 +36,8 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
     """Count the pixels of each class in a prediction and its truth.
 
     Args:
-        prediction: (H, W) class indices 0…27; anything else is right nowhere and counts for no class.
-        truth: (H, W) class indices 0…27; where it is anything else, the pixel is left out.
+        prediction: (H, W) class indices 0…27; any other value is wrong and counts for no class.
+        truth: (H, W) class indices 0…27; pixels with any other value are left out.
 
     Raises:
         ValueError: the shapes differ.
@@ -48,9 +48,9 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
     """
     if prediction.shape != truth.shape:
         raise ValueError(f"The prediction must have the truth's shape {truth.shape}, got {prediction.shape}.")
-    import cv2  # noqa: PLC0415  whoever reads counts only is spared its import
+    import cv2  # noqa: PLC0415  a slow import, which reading counts does not need
 
-    side = NUMBER_OF_CLASSES + 1  # one more for what is not a class
+    side = NUMBER_OF_CLASSES + 1  # the last is for pixels without a class
     pairs = _classes(truth).astype(np.uint16)
     pairs *= side
     pairs += _classes(prediction).astype(np.uint8, copy=False)
@@ -69,7 +69,7 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
 
 
 def _classes(indices: npt.NDArray[np.integer]) -> npt.NDArray[np.integer]:
-    """Return class indices, where what is not one is one more than the last."""
+    """Return class indices, with `NUMBER_OF_CLASSES` for any other value."""
     known = np.minimum(indices, NUMBER_OF_CLASSES)
     return known if known.dtype.kind == "u" else np.where(known < 0, NUMBER_OF_CLASSES, known)
 
@@ -86,9 +86,7 @@ def class_iou(counts: ClassCounts) -> tuple[npt.NDArray[np.float64], npt.NDArray
 
 
 def image_iou(counts: ClassCounts) -> float:
-    """Return the mean IoU over the classes that are in the prediction or in the truth.
-
-    It is NaN where there is none at all, which is an image without truth.
+    """Return the mean IoU over the classes in the prediction or the truth; NaN for an image without truth.
 
     >>> image_iou(count_classes(np.array([[0, 0, 1]], np.uint8), np.array([[0, 2, 1]], np.uint8)))
     0.5
@@ -98,15 +96,12 @@ def image_iou(counts: ClassCounts) -> float:
 
 
 def accumulated_iou(intersection: Counts, predicted: Counts, truth: Counts) -> float | None:
-    """Return the data set's mIoU: the counts of all images added up, then the mean over classes present.
+    """Return the mIoU of a data set, in [0, 1], from the summed counts of N images; None without a class.
 
     Args:
-        intersection: (N, 28), one row an image.
+        intersection: (N, 28) as of `ClassCounts`.
         predicted: (N, 28).
         truth: (N, 28).
-
-    Returns:
-        The mIoU in [0, 1], or None where no class is present at all.
     """
     total = ClassCounts(intersection.sum(axis=0), predicted.sum(axis=0), truth.sum(axis=0))
     iou, present = class_iou(total)

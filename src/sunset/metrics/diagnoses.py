@@ -1,11 +1,11 @@
-"""How right the diagnoses of a managing system were, in levels: a fault is there, its node, the fault itself."""
+"""Figures of diagnoses, in levels: a fault is present, its node, the fault itself."""
 
 import itertools
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from sunset.metrics.limits import Amount, Count, Share
 from sunset.metrics.timeline import Injection, Timeline
@@ -13,7 +13,7 @@ from sunset.names import base_name
 from sunset.system import current_system
 
 SURE: Final = 0.5
-"""A diagnosis says that a fault is there if the probability of that is at least this."""
+"""A diagnosis reports a set of faults if the probability of at least one of them is at least this."""
 WINDOW_S: Final = 8.0
 """A fault counts as diagnosed only within this time from its onset [s]."""
 LEVELS: Final = ("detected", "located", "identified", "top1")
@@ -21,20 +21,20 @@ LEVELS: Final = ("detected", "located", "identified", "top1")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnosisFigures:
-    """The figures of a run's diagnoses, as `docs/metrics.md` defines them; a run without any names nothing.
+    """The figures of a run's diagnoses, as `docs/metrics.md` defines them.
 
     Attributes:
-        diagnoses: how many diagnoses were published until the end of the run.
-        faults_detected: faults of which diagnoses said, up to the end of their window, that there is a fault.
-        faults_located: faults of which they said so that there is a fault of their node.
-        faults_identified: faults of which they said so that they are there.
-        faults_top1: faults that they had so among the k most probable, of k faults that were there.
-        t_detected_s: mean over detected faults, from the onset to the first such diagnosis [s]; None if there is none.
+        diagnoses: diagnoses that were published until the end of the run.
+        faults_detected: faults whose diagnoses reported any fault, up to the end of their window.
+        faults_located: likewise, a fault of their node.
+        faults_identified: likewise, the fault itself.
+        faults_top1: faults among the k most probable faults, where k faults were present.
+        t_detected_s: mean over detected faults, from the onset to the first such diagnosis [s].
         t_located_s: likewise, of located faults.
         t_identified_s: likewise, of identified faults.
-        false_alarms: how often a diagnosis began to say that there is a fault while there was none.
+        false_alarms: how often diagnoses began to report a fault while none was present.
         faultless_s: time without a fault [s].
-        brier: mean over time and over the faults of the catalogue of (probability − there)², in [0, 1].
+        brier: mean over time and over the faults of the catalogue of (probability − presence)², in [0, 1].
     """
 
     diagnoses: Count
@@ -53,40 +53,37 @@ class DiagnosisFigures:
 def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> DiagnosisFigures:
     """Return the figures of a run's diagnoses.
 
-    A diagnosis holds until the next one; before the first, all probabilities are 0.
+    A diagnosis holds until the next diagnosis; before the first, all probabilities are 0.
 
     Args:
         timeline: of the run.
-        faults: those that came, each time that they came.
+        faults: each fault, each time that it came.
     """
     catalogue = current_system().faults
-    delays: list[dict[str, float]] = [{} for _ in faults]  # of each level that a fault reached
+    delays: list[dict[str, float]] = [{} for _ in faults]  # level that a fault reached → time since its onset
     alarms, faultless_s, squares, is_alarmed = 0, 0.0, 0.0, False
     for start, stop, named in _stretches(timeline, faults):
-        there = {fault.fault for fault in faults if fault.is_there(start)}
-        squares += (stop - start) * sum((named.get(name, 0.0) - (name in there)) ** 2 for name in catalogue)
-        was_alarmed, is_alarmed = is_alarmed, _says(named.values())
-        if not there:
+        present = [
+            (fault, delay) for fault, delay in zip(faults, delays, strict=True) if fault.is_there(start)
+        ]
+        names = {fault.fault for fault, _ in present}
+        squares += (stop - start) * sum((named.get(name, 0.0) - (name in names)) ** 2 for name in catalogue)
+        was_alarmed, is_alarmed = is_alarmed, _reports(named.values())
+        if not present:
             faultless_s += stop - start
             alarms += is_alarmed and not was_alarmed
-        for fault, delay in zip(faults, delays, strict=True):
-            if fault.is_there(start) and start < fault.time + WINDOW_S:
-                reached = set(_levels(fault, named, len(there)))
-                for level in LEVELS:  # who names all in turn has not found it out
-                    if level in reached:
-                        delay.setdefault(level, start - fault.time)
-                    else:
-                        delay.pop(level, None)
-    found = {level: [delay[level] for delay in delays if level in delay] for level in LEVELS}
+        for fault, delay in present:
+            if start < fault.time + WINDOW_S:
+                reached = dict.fromkeys(_levels(fault, named, len(names)), start - fault.time)
+                known = {level: after for level, after in delay.items() if level in reached}
+                delay.clear()  # a level counts if it is kept to the end of the window
+                delay.update(reached | known)
+    times = {level: [delay[level] for delay in delays if level in delay] for level in LEVELS}
+    figures: dict[str, Any] = {f"faults_{level}": len(reached) for level, reached in times.items()}
+    figures |= {f"t_{level}_s": mean(times[level]) for level in LEVELS[:-1]}
     return DiagnosisFigures(
         diagnoses=sum(diagnosis.time < timeline.duration_s for diagnosis in timeline.diagnoses),
-        faults_detected=len(found["detected"]),
-        faults_located=len(found["located"]),
-        faults_identified=len(found["identified"]),
-        faults_top1=len(found["top1"]),
-        t_detected_s=mean(found["detected"]),
-        t_located_s=mean(found["located"]),
-        t_identified_s=mean(found["identified"]),
+        **figures,
         false_alarms=alarms,
         faultless_s=round(faultless_s, 9),
         brier=min(1.0, squares / timeline.duration_s / len(catalogue)),
@@ -94,13 +91,13 @@ def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> Diagno
 
 
 def _levels(fault: Injection, named: Mapping[str, float], number: int) -> Iterator[str]:
-    """Return the levels that a diagnosis reaches for a fault that is there, as one of a number of faults."""
+    """Return the levels that a diagnosis reaches for one of a number of present faults."""
     catalogue, node = current_system().faults, base_name(fault.node)
     probability = named.get(fault.fault, 0.0)
     reached = (
-        _says(named.values()),
-        _says(sure for name, sure in named.items() if catalogue[name].node == node),
-        _says([probability]),
+        _reports(named.values()),
+        _reports(sure for name, sure in named.items() if catalogue[name].node == node),
+        _reports([probability]),
         probability > 0 and sum(other >= probability for other in named.values()) <= number,
     )
     return itertools.compress(LEVELS, reached)
@@ -109,7 +106,7 @@ def _levels(fault: Injection, named: Mapping[str, float], number: int) -> Iterat
 def _stretches(
     timeline: Timeline, faults: Sequence[Injection]
 ) -> Iterator[tuple[float, float, Mapping[str, float]]]:
-    """Yield the stretches of time in which nothing changes, with the probabilities that hold in them."""
+    """Yield the stretches of time in which nothing changes, with their probabilities."""
     catalogue, end = current_system().faults, timeline.duration_s
     times = [diagnosis.time for diagnosis in timeline.diagnoses]
     moments = {0.0, end, *times}
@@ -117,21 +114,22 @@ def _stretches(
         moments |= {fault.time, fault.time + WINDOW_S, end if fault.ended is None else fault.ended}
     for start, stop in itertools.pairwise(sorted(moment for moment in moments if 0 <= moment <= end)):
         place = bisect_right(times, start)
-        said = timeline.diagnoses[place - 1].probabilities if place else {}
-        # anything may be published on the topic: a probability that is none, and a name of no fault, say nothing
-        yield start, stop, {name: sure for name, sure in said.items() if name in catalogue and 0 <= sure <= 1}
+        published = timeline.diagnoses[place - 1].probabilities if place else {}
+        # other publishers may send unknown names and numbers that are not probabilities
+        named = {name: sure for name, sure in published.items() if name in catalogue and 0 <= sure <= 1}
+        yield start, stop, named
 
 
-def _says(probabilities: Iterable[float]) -> bool:
-    """Return whether one of several faults is there, by their probabilities, as if they were independent.
+def _reports(probabilities: Iterable[float]) -> bool:
+    """Return whether a diagnosis reports a set of faults with these probabilities, as if they were independent.
 
-    >>> _says([0.3, 0.3]), _says([0.3, 0.2]), _says([])
+    >>> _reports([0.3, 0.3]), _reports([0.3, 0.2]), _reports([])
     (True, False, False)
     """
     return 1 - math.prod(1 - probability for probability in probabilities) >= SURE
 
 
 def mean(values: Iterable[float | None]) -> float | None:
-    """Return the mean of the values that are known, rounded to nanoseconds; None of nothing."""
+    """Return the mean of the known values, rounded to nanoseconds; None without a value."""
     known = [value for value in values if value is not None]
     return round(sum(known) / len(known), 9) if known else None

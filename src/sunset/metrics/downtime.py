@@ -1,4 +1,4 @@
-"""How long no segmentation came out."""
+"""Time without segmentation."""
 
 from typing import Final
 
@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 TOLERANCE_S: Final = 1e-6
-"""Times that differ by less are the same: what is left of nanoseconds after arithmetic in seconds."""
+"""Times that differ by less are equal: the error of arithmetic in seconds."""
 
 _PERIODS: Final = 2  # a gap up to this many periods is the expected rate, with jitter
 
@@ -14,13 +14,12 @@ _PERIODS: Final = 2  # a gap up to this many periods is the expected rate, with 
 def downtime(times: npt.NDArray[np.float64], *, period_s: float, duration_s: float) -> float:
     """Return the total time in [0, `duration_s`] without messages at the expected rate.
 
-    Every gap between two messages that is longer than two periods counts whole, as far as it lies in the
-    experiment. So does the one before the first message and the one after the last: a system that never
-    sends anything again is down for the rest of the run.
+    Every gap of more than two periods counts whole, as far as it lies in the experiment, also before the first message
+    and after the last.
 
     Args:
-        times: (N,) ascending, when messages left [s]; those before 0 say since when there has been none,
-            and where there are none, the first gap begins at 0. Those after the end are not looked at.
+        times: (N,) ascending, when messages left [s]. The last message before 0 begins the first gap, which begins at 0
+            without such a message.
         period_s: the expected time between two messages.
         duration_s: the end of the experiment.
 

@@ -1,21 +1,21 @@
-"""How unsure a network is of its answer."""
+"""The uncertainty of a network."""
 
 import numpy as np
 import numpy.typing as npt
 
 
 def normalised_entropy(logits: npt.NDArray[np.floating], *, temperature: float = 1.0) -> float:
-    """Return the mean over pixels of the Shannon entropy of the softmax, over its greatest value.
+    """Return the mean over pixels of the Shannon entropy of the softmax, divided by its maximum.
 
-    The paper (section 3.3) takes the mean entropy of the logits; the division by the logarithm of the
-    number of classes makes it 0 for a network that is sure everywhere and 1 for one that knows nothing.
+    The paper (section 3.3) uses the mean entropy of the logits. Divided by the logarithm of the number of classes, it
+    is 0 if the network is sure everywhere, and 1 if all classes are equally likely.
 
     Args:
         logits: (C, H, W), finite, at least two classes C and one pixel.
         temperature: the logits are divided by it; greater than 0.
 
     Raises:
-        ValueError: the shape or the temperature is another.
+        ValueError: the shape or the temperature is invalid.
 
     >>> normalised_entropy(np.zeros((28, 2, 3)))
     1.0

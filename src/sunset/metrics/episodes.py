@@ -1,4 +1,4 @@
-"""When a failure's symptom held, when the failure began, and what resolved it.
+"""Failure episodes: when the symptom held, when the failure began, and which adaptation resolved it.
 
 `docs/metrics.md` has the definitions, which the paper leaves open, under *The paper's five figures*.
 """
@@ -27,13 +27,13 @@ from sunset.system import (
 
 @dataclass(frozen=True, slots=True)
 class Spell:
-    """A time over which a symptom held.
+    """A time in which a symptom held.
 
     Attributes:
-        origin: the last message before the silence, or the first sample of the window [s].
+        origin: the evidence: the last message before the silence, or the first sample of the window [s].
         holds: when the symptom began to hold [s].
         ended: when it stopped [s]; None if it held to the end.
-        turned: since when each sample was on the right side of the threshold [s]; None of a silence.
+        turned: the time from which on all samples were on the right side of the threshold [s]; None for a silence.
     """
 
     origin: float
@@ -44,15 +44,15 @@ class Spell:
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """One occurrence of a failure.
+    """An occurrence of a failure.
 
     Attributes:
         failure: its name, such as `F1`.
         began: when the failure began [s].
         holds: when its symptom began to hold [s].
         ended: when its symptom stopped [s]; None if it held to the end.
-        injected: whether a fault of this failure was injected, or it came by itself: a ripple or a relapse.
-        adaptation: the one that resolved it; None if none did.
+        injected: whether a fault of this failure caused it; False for a ripple or a relapse.
+        adaptation: the adaptation that resolved it; None if it is unresolved.
     """
 
     failure: str
@@ -64,12 +64,12 @@ class Episode:
 
     @property
     def resolved(self) -> bool:
-        """Whether it ended after an adaptation that can have done it."""
+        """Whether it ended after an adaptation that can have ended it."""
         return self.adaptation is not None
 
     @property
     def subsided(self) -> bool:
-        """Whether it ended by itself."""
+        """Whether it ended without being resolved."""
         return self.ended is not None and self.adaptation is None
 
     @property
@@ -96,13 +96,13 @@ class Episode:
 
 
 def silences(times: npt.NDArray[np.float64], *, duration_s: float) -> list[Spell]:
-    """Return the spells in which a topic had sent nothing for 1 s.
+    """Return the spells in which a topic had no message for 1 s.
 
     Args:
-        times: (N,) ascending, when its messages left [s], with those before 0.
-        duration_s: the end of the experiment; what came later is not looked at.
+        times: (N,) ascending, when its messages left [s], also before 0.
+        duration_s: the end of the experiment; later messages do not count.
 
-    >>> [(one.origin, one.holds, one.ended) for one in silences(np.array([0.0, 0.5, 3.0]), duration_s=5.0)]
+    >>> [(spell.origin, spell.holds, spell.ended) for spell in silences(np.array([0.0, 0.5, 3.0]), duration_s=5.0)]
     [(0.5, 1.5, 3.0), (3.0, 4.0, None)]
     """
     moments = times[times <= duration_s].tolist()
@@ -122,10 +122,10 @@ def excesses(samples: Samples, signal: Signal, threshold: float, *, duration_s: 
     """Return the spells in which the mean of a signal's last five samples was beyond a threshold.
 
     Args:
-        samples: with those before 0.
+        samples: of the signal, also before 0.
         signal: says on which side of the threshold a mean is a symptom.
         threshold: a mean equal to it is not beyond it.
-        duration_s: the end of the experiment; what came later is not looked at.
+        duration_s: the end of the experiment; later samples do not count.
     """
     spells: list[Spell] = []
     holding: tuple[float, float] | None = None
@@ -152,7 +152,7 @@ def excesses(samples: Samples, signal: Signal, threshold: float, *, duration_s: 
 
 
 def _within(spells: Sequence[Spell]) -> list[Spell]:
-    """Return the spells that hold after 0, cut off there."""
+    """Return the spells that hold after 0, from there on."""
     return [
         replace(spell, holds=max(spell.holds, 0.0))
         for spell in spells
@@ -161,9 +161,9 @@ def _within(spells: Sequence[Spell]) -> list[Spell]:
 
 
 def failure_episodes(timeline: Timeline, adaptations: Sequence[ExecutedAdaptation]) -> tuple[Episode, ...]:
-    """Return every episode of every failure, in order of the time at which its symptom held.
+    """Return every episode of every failure, in order of the times at which their symptoms began to hold.
 
-    Adaptations are those executed, in order of time.
+    The executed adaptations are in order of time.
     """
     episodes = [
         episode
@@ -188,101 +188,81 @@ def _spells(failure: Failure, timeline: Timeline) -> list[Spell]:
 def _episodes(
     failure: Failure, spells: Sequence[Spell], timeline: Timeline, adaptations: Sequence[ExecutedAdaptation]
 ) -> list[Episode]:
-    """Say of each spell of one failure when the failure began, and what resolved it."""
-    episodes = []
-    blamed: list[Injection] = []
-    spent: list[Injection] = []
+    """Return the episodes of a failure: when each spell's failure began, and the adaptation that resolved it."""
+    faults = [injection for injection in timeline.injections if injection.failure == failure.name]
+    episodes: list[Episode] = []
+    begun: list[Injection] = []  # faults that have begun an episode, or came during an episode
+    explaining: list[Injection] = []  # faults that explain a resolved episode
     for spell in spells:
-        # one that is injected again while it is there is not a new one
-        there = {fault.fault for fault in blamed if fault.ended is None}
+        present = {
+            fault.fault for fault in begun if fault.ended is None
+        }  # injected again, it is the same fault
         due = [
-            injection
-            for injection in timeline.injections
-            if injection.failure == failure.name
-            and injection not in blamed
-            and injection.fault not in there
-            and injection.time <= spell.holds
+            fault
+            for fault in faults
+            if fault not in begun and fault.fault not in present and fault.time <= spell.holds
         ]
-        blamed += due
-        causes = [injection.time for injection in due if not _is_past(injection, spell, adaptations)]
-        began = min(causes) if causes else max(spell.origin, 0.0)
+        begun += due
+        causes = [fault.time for fault in due if not _is_past(fault, spell, adaptations)]
+        began = min(causes, default=max(spell.origin, 0.0))
         able = _able_faults(failure.name, spell, timeline.injections)
-        behind = [fault for fault in able if fault not in spent and _is_behind(fault, failure.name, spell)]
-        resolving = _resolving(failure.name, began, spell.ended, adaptations) if behind else None
-        if _healed(failure.name, spell, able, resolving):
-            resolving = None
-        if resolving is not None:  # its own fault explains it, if there is one
-            spent.append(min(behind, key=lambda fault: fault.failure != failure.name))
-        episodes.append(
-            Episode(
-                failure=failure.name,
-                began=began,
-                holds=spell.holds,
-                ended=spell.ended,
-                injected=bool(causes),
-                adaptation=resolving,
-            )
-        )
-        # what came while it lasted does not begin another one when it comes back
-        last = timeline.duration_s if spell.ended is None else spell.ended - SILENCE_S
-        blamed += [
-            injection
-            for injection in timeline.injections
-            if injection.failure == failure.name
-            and injection not in blamed
-            and spell.holds < injection.time <= last
+        candidates = [
+            fault for fault in able if fault not in explaining and _is_behind(fault, failure.name, spell)
         ]
+        resolving = _resolving(failure.name, began, spell.ended, adaptations) if candidates else None
+        if resolving is not None and _healed(failure.name, spell, able, resolving):
+            resolving = None
+        if resolving is not None:  # faults of the failure itself first
+            explaining.append(min(candidates, key=lambda fault: fault.failure != failure.name))
+        episodes.append(Episode(failure.name, began, spell.holds, spell.ended, bool(causes), resolving))
+        last = timeline.duration_s if spell.ended is None else spell.ended - SILENCE_S
+        begun += [fault for fault in faults if fault not in begun and spell.holds < fault.time <= last]
     return episodes
 
 
-def _is_past(injection: Injection, spell: Spell, adaptations: Sequence[ExecutedAdaptation]) -> bool:
-    """Return whether a fault was gone before the spell's first evidence: cured, or ended with its process."""
-    if injection.failure in current_system().outages and spell.origin > injection.time + SILENCE_S:
+def _is_past(fault: Injection, spell: Spell, adaptations: Sequence[ExecutedAdaptation]) -> bool:
+    """Return whether a fault was gone before the spell's evidence: it had ended, or its process had."""
+    if fault.failure in current_system().outages and spell.origin > fault.time + SILENCE_S:
         return True
-    if _ended_before(injection, spell):
+    if _ended_before(fault, spell):
         return True
-    return injection.internal and any(
+    return fault.internal and any(
         adaptation.kind == "redeploy"
-        and adaptation.node == short_name(injection.node)
-        and injection.time <= adaptation.time < spell.origin
+        and adaptation.node == short_name(fault.node)
+        and fault.time <= adaptation.time < spell.origin
         for adaptation in adaptations
     )
 
 
-def _ended_before(injection: Injection, spell: Spell) -> bool:
-    """Return whether a fault had ended before a spell; what it did to frames that were on their way comes later."""
-    lag_s = TOLERANCE_S if injection.failure in current_system().outages else SILENCE_S
-    return injection.ended is not None and injection.ended + lag_s < spell.origin
+def _ended_before(fault: Injection, spell: Spell) -> bool:
+    """Return whether a fault had ended before a spell; its effect on frames that are under way comes later."""
+    lag_s = TOLERANCE_S if fault.failure in current_system().outages else SILENCE_S
+    return fault.ended is not None and fault.ended + lag_s < spell.origin
 
 
 def _able_faults(failure: str, spell: Spell, injections: Sequence[Injection]) -> list[Injection]:
-    """Return the faults that can have brought a failure about or kept it up, by themselves or by what else they do."""
+    """Return the faults that can have caused a failure or prolonged it."""
     outages = current_system().outages
     return [
-        injection
-        for injection in injections
-        if (injection.failure in outages) is (failure in outages)
-        and (failure not in outages or affects(short_name(injection.node), failure))
-        and (spell.ended is None or injection.time <= spell.ended)
-        and not _ended_before(injection, spell)
+        fault
+        for fault in injections
+        if (fault.failure in outages) is (failure in outages)
+        and (failure not in outages or affects(short_name(fault.node), failure))
+        and (spell.ended is None or fault.time <= spell.ended)
+        and not _ended_before(fault, spell)
     ]
 
 
-def _is_behind(injection: Injection, failure: str, spell: Spell) -> bool:
-    """Return whether a fault, which is able to, can have begun a spell."""
+def _is_behind(fault: Injection, failure: str, spell: Spell) -> bool:
+    """Return whether one of the able faults can have begun a spell."""
     if failure in current_system().outages:
-        return abs(spell.origin - injection.time) <= SILENCE_S + TOLERANCE_S
-    return injection.time <= spell.holds
+        return abs(spell.origin - fault.time) <= SILENCE_S + TOLERANCE_S
+    return fault.time <= spell.holds
 
 
-def _healed(
-    failure: str, spell: Spell, able: Sequence[Injection], adaptation: ExecutedAdaptation | None
-) -> bool:
-    """Return whether a spell ended since faults healed by themselves, and not by an adaptation.
-
-    Those of the failure itself decide, where there are any.
-    """
-    if spell.ended is None or adaptation is None:
+def _healed(failure: str, spell: Spell, able: Sequence[Injection], adaptation: ExecutedAdaptation) -> bool:
+    """Return whether a spell ended because faults healed, first of all faults of the failure itself."""
+    if spell.ended is None:
         return False
     able = [fault for fault in able if fault.failure == failure] or able
     ends = [
@@ -292,21 +272,20 @@ def _healed(
     ]
     if not ends:
         return False
-    last, by_itself = max(ends)
-    if len(ends) < len(able):
-        # the adaptation came before it healed, or after the symptom had begun to go
-        came_too_late = spell.turned is not None and spell.turned < adaptation.time
-        return by_itself and (adaptation.time < last or came_too_late) and spell.ended - last <= SILENCE_S
-    return by_itself
+    last, has_healed = max(ends)
+    if len(ends) == len(able):
+        return has_healed
+    came_too_late = spell.turned is not None and spell.turned < adaptation.time
+    return has_healed and (adaptation.time < last or came_too_late) and spell.ended - last <= SILENCE_S
 
 
 def _resolving(
     failure: str, began: float, ended: float | None, adaptations: Sequence[ExecutedAdaptation]
 ) -> ExecutedAdaptation | None:
     """Return the last adaptation that can have ended an episode."""
-    able = [
+    able = (
         adaptation
-        for adaptation in adaptations
+        for adaptation in reversed(adaptations)
         if ended is not None and began <= adaptation.time <= ended and affects(adaptation.node, failure)
-    ]
-    return able[-1] if able else None
+    )
+    return next(able, None)

@@ -1,11 +1,11 @@
-"""What the numbers of a run can be at most, so that what is stored of one can be refused."""
+"""The limits of a run's numbers, by which stored numbers are checked."""
 
 from typing import Annotated, Final, TypeAlias
 
 from msgspec import Meta
 
 MOST: Final = 10**6
-"""No number of a run is larger; twelve days, of those that are times."""
+"""The largest number of a run; twelve days for times."""
 
 Share: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
 Amount: TypeAlias = Annotated[float, Meta(ge=0, le=MOST)]

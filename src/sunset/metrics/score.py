@@ -1,8 +1,8 @@
-"""One run's figures (paper, section 4; `docs/metrics.md`): what the table is made of."""
+"""The figures of a run (paper, section 4; `docs/metrics.md`)."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta
@@ -20,39 +20,39 @@ from sunset.system import RESULT_TOPIC, current_system
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunMetrics(DiagnosisFigures):
-    """The figures of one run, those of its diagnoses included; None where there is nothing to take one of.
+    """The figures of a run, as `docs/metrics.md` defines them; None where a figure is not applicable.
 
     Attributes:
-        f_resolved_per_adaptation: resolved episodes over executed adaptations; None without adaptation.
+        f_resolved_per_adaptation: resolved episodes over executed adaptations.
         t_react_s: mean over resolved episodes, from when the failure began to the command [s].
         t_detect_s: likewise, from when it began to when its symptom held.
         t_decide_s: likewise, from when its symptom held to the command.
         t_repair_s: likewise, from the command to when the symptom was gone.
-        redeploys_unnecessary: redeploys of a node that had no fault only a redeploy cures.
+        redeploys_unnecessary: redeploys of a node without a fault that only a redeploy cures.
         t_down_s: time without segmentation at the expected rate [s].
         availability: the share of the experiment that is not `t_down_s`, in [0, 1].
-        iou: mean over evaluated frames of each frame's IoU.
-        iou_all: the same over all frames of the experiment that have a truth, those that never came being 0.
-        miou: of the counts of all evaluated frames added up.
-        episodes: how many episodes of failures there were.
-        episodes_resolved: those that an adaptation ended.
-        episodes_unresolved: all others.
-        episodes_subsided: those of the others that ended by themselves.
-        adaptations: how many adaptations were executed.
-        faults_injected: how many faults came.
-        faults_cured: how many of them were cured; None without a fault.
-        faults_masked: how many were masked for some time; None without a fault, and without a truth.
-        masked_s: time in which any fault was masked [s]; likewise.
-        uncured_s: mean over faults of the time in which they were there without a cure in place [s].
-        needless: the adaptations that are no step of a cure of a fault that was there.
+        iou: mean IoU of the evaluated frames.
+        iou_all: mean IoU of all frames that have a truth, in which lost frames count 0.
+        miou: mIoU from the summed counts of all evaluated frames.
+        episodes: episodes of failures.
+        episodes_resolved: episodes that an adaptation ended.
+        episodes_unresolved: all other episodes.
+        episodes_subsided: unresolved episodes that ended.
+        adaptations: executed adaptations.
+        faults_injected: faults that came.
+        faults_cured: faults that were cured.
+        faults_masked: faults that were masked for some time.
+        masked_s: time in which any fault was masked [s].
+        uncured_s: mean over faults of the time without a cure in place [s].
+        needless: adaptations that are not a step of a cure of a present fault.
         cost_frames: the prices of all adaptations, in frames.
-        iou_healthy: mean over the frames before the first fault of each frame's IoU.
-        utility: `iou_all` less the share of `cost_frames` in all frames, times `iou_healthy`: scores are made of it.
-        frames_without_truth: how many frames have no pixel of a known class, and count for no figure of quality.
+        iou_healthy: mean IoU of the frames before the first fault.
+        utility: `iou_all` less `cost_frames` as a share of all frames, times `iou_healthy`.
+        frames_without_truth: frames without a pixel of a known class, which count for no figure of quality.
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
-        outcomes: what became of each fault, in order of time.
-        needless_adaptations: the needless ones, in order of time.
+        outcomes: the outcome of each fault, in order of time.
+        needless_adaptations: in order of time.
     """
 
     f_resolved_per_adaptation: Amount | None
@@ -88,7 +88,7 @@ class RunMetrics(DiagnosisFigures):
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """Return the names of the figures: all fields but the lists of episodes, adaptations and outcomes."""
+        """Return the names of the figures: all fields but the lists."""
         figures = [field.name for field in fields(cls) if field.default != ()]
         others = len(fields(DiagnosisFigures))
         return (*figures[others:], *figures[:others])
@@ -99,7 +99,7 @@ class RunMetrics(DiagnosisFigures):
 
 
 def utility_of(iou_all: float, cost_frames: float, iou_healthy: float, frames: int) -> float:
-    """Return IoU_all less what adaptations cost: their prices in frames, each worth the healthy IoU.
+    """Return IoU_all less the cost of adaptations: their prices in frames, each of which is worth the healthy IoU.
 
     >>> utility_of(0.4, 10, 0.5, 200)
     0.375
@@ -108,81 +108,88 @@ def utility_of(iou_all: float, cost_frames: float, iou_healthy: float, frames: i
 
 
 def score(timeline: Timeline) -> RunMetrics:
-    """Compute the figures of one run from what was recorded from outside."""
+    """Compute the figures of a run from its record."""
     executed = executed_adaptations(timeline.commands, until_s=timeline.duration_s)
-    failures = failure_episodes(timeline, executed)
-    resolved = [episode for episode in failures if episode.resolved]
-    down = downtime(
-        timeline.message_times.get(RESULT_TOPIC, np.empty(0)),
-        period_s=timeline.period_s,
-        duration_s=timeline.duration_s,
-    )
-    iou, iou_all, miou, without_truth = _frame_figures(timeline)
-    faults = faults_of(timeline)
-    healthy = _healthy_iou(timeline, faults)
     parts = [part for call in executed for part in call.parts]
-    found, masked_s = fault_outcomes(timeline, faults, failures, parts, healthy)
-    needless = needless_adaptations(parts, faults)
+    failures = failure_episodes(timeline, executed)
+    faults = faults_of(timeline)
+    quality = _quality_figures(timeline)
+    healthy = _healthy_iou(timeline, faults)
     cost = sum(current_system().price(part.kind) for part in parts)
+    sent = timeline.message_times.get(RESULT_TOPIC, np.empty(0))
+    down_s = downtime(sent, period_s=timeline.period_s, duration_s=timeline.duration_s)
+    outcomes, masked_s = fault_outcomes(timeline, faults, failures, parts, healthy)
+    needless = needless_adaptations(parts, faults)
+    whole = quality["iou_all"]
     return RunMetrics(
-        f_resolved_per_adaptation=len(resolved) / len(executed) if executed else None,
-        t_react_s=mean([episode.t_react for episode in resolved]),
-        t_detect_s=mean([episode.t_detect for episode in resolved]),
-        t_decide_s=mean([episode.t_decide for episode in resolved]),
-        t_repair_s=mean([episode.t_repair for episode in resolved]),
-        redeploys_unnecessary=len(unnecessary_redeploys(executed, timeline.injections)),
-        t_down_s=down,
-        availability=1.0 - down / timeline.duration_s,
-        iou=iou,
-        iou_all=iou_all,
-        miou=miou,
-        episodes=len(failures),
-        episodes_resolved=len(resolved),
-        episodes_unresolved=len(failures) - len(resolved),
-        episodes_subsided=sum(episode.subsided for episode in failures),
-        adaptations=len(executed),
-        faults_injected=len(found),
-        faults_cured=sum(outcome.cured is not None for outcome in found) if found else None,
-        faults_masked=None if masked_s is None else sum(bool(outcome.masked_s) for outcome in found),
-        masked_s=masked_s,
-        uncured_s=mean([outcome.uncured_s for outcome in found]),
-        needless=len(needless),
-        cost_frames=cost,
+        **quality,
         iou_healthy=healthy,
+        cost_frames=cost,
         utility=None
-        if iou_all is None or healthy is None
-        else utility_of(iou_all, cost, healthy, timeline.expected_frames),
+        if whole is None or healthy is None
+        else utility_of(whole, cost, healthy, timeline.expected_frames),
+        t_down_s=down_s,
+        availability=1.0 - down_s / timeline.duration_s,
+        **_fault_figures(outcomes, masked_s),
+        needless=len(needless),
+        **_episode_figures(failures, executed),
+        redeploys_unnecessary=len(unnecessary_redeploys(executed, timeline.injections)),
+        adaptations=len(executed),
         **asdict(diagnosis_figures(timeline, faults)),
-        frames_without_truth=without_truth,
         failures=failures,
         executed=executed,
-        outcomes=found,
+        outcomes=outcomes,
         needless_adaptations=needless,
     )
 
 
-def _healthy_iou(timeline: Timeline, faults: Sequence[Injection]) -> float | None:
-    """Return the mean IoU of the frames before the first fault, the warm-up's included; of all, if it has none."""
-    frames = timeline.frames
-    before = frames.iou[frames.times < faults[0].time] if faults else frames.iou
-    return float(before.mean()) if len(before) else float(frames.iou.mean()) if len(frames.iou) else None
-
-
-def _frame_figures(timeline: Timeline) -> tuple[float | None, float | None, float | None, int]:
-    """Return IoU, IoU_all and mIoU of the frames taken in [0, duration), and how many of those lack a truth."""
+def _quality_figures(timeline: Timeline) -> dict[str, Any]:
+    """Return the figures of the frames taken in [0, duration)."""
     frames = timeline.frames
     taken, unknown = (
         (times >= -TOLERANCE_S) & (times < timeline.duration_s - TOLERANCE_S)
         for times in (frames.times, timeline.without_truth)
     )
     count, without_truth = int(taken.sum()), int(unknown.sum())
-    expected = max(timeline.expected_frames - without_truth, count)
-    if not timeline.has_truth:
-        expected = 0  # live, a frame's truth may be lost
+    # live, a frame's truth may be lost
+    expected = max(timeline.expected_frames - without_truth, count) if timeline.has_truth else 0
     total = float(frames.iou[taken].sum())
-    return (
-        total / count if count else None,
-        total / expected if expected else None,
-        accumulated_iou(frames.intersection[taken], frames.predicted[taken], frames.truth[taken]),
-        without_truth,
-    )
+    return {
+        "iou": total / count if count else None,
+        "iou_all": total / expected if expected else None,
+        "miou": accumulated_iou(frames.intersection[taken], frames.predicted[taken], frames.truth[taken]),
+        "frames_without_truth": without_truth,
+    }
+
+
+def _healthy_iou(timeline: Timeline, faults: Sequence[Injection]) -> float | None:
+    """Return the mean IoU of the frames before the first fault, the warm-up's included; without such, of all frames."""
+    frames = timeline.frames
+    before = frames.iou[frames.times < faults[0].time] if faults else frames.iou
+    healthy = before if len(before) else frames.iou
+    return float(healthy.mean()) if len(healthy) else None
+
+
+def _fault_figures(outcomes: Sequence[FaultOutcome], masked_s: float | None) -> dict[str, Any]:
+    return {
+        "faults_injected": len(outcomes),
+        "faults_cured": sum(outcome.cured is not None for outcome in outcomes) if outcomes else None,
+        "faults_masked": None if masked_s is None else sum(bool(outcome.masked_s) for outcome in outcomes),
+        "masked_s": masked_s,
+        "uncured_s": mean(outcome.uncured_s for outcome in outcomes),
+    }
+
+
+def _episode_figures(failures: Sequence[Episode], executed: Sequence[ExecutedAdaptation]) -> dict[str, Any]:
+    resolved = [episode for episode in failures if episode.resolved]
+    return {
+        "f_resolved_per_adaptation": len(resolved) / len(executed) if executed else None,
+        "t_react_s": mean(episode.t_react for episode in resolved),
+        "t_detect_s": mean(episode.t_detect for episode in resolved),
+        "t_decide_s": mean(episode.t_decide for episode in resolved),
+        "t_repair_s": mean(episode.t_repair for episode in resolved),
+        "episodes": len(failures),
+        "episodes_resolved": len(resolved),
+        "episodes_unresolved": len(failures) - len(resolved),
+        "episodes_subsided": sum(episode.subsided for episode in failures),
+    }

@@ -1,4 +1,4 @@
-"""What was set in the managed system, and when: parameters and lifecycle states, as the nodes themselves said."""
+"""Parameters and lifecycle states of the managed system over time, as the nodes reported them."""
 
 import itertools
 from bisect import bisect_right
@@ -25,11 +25,7 @@ Stretch = tuple[float, float]
 
 
 class Settings:
-    """What every parameter and every lifecycle state was from when on.
-
-    Args:
-        settings: in order of time.
-    """
+    """Every parameter and lifecycle state over time, from settings in order of time."""
 
     def __init__(self, settings: Sequence[Setting]) -> None:
         self._times: dict[Key, list[float]] = {}
@@ -48,30 +44,30 @@ class Settings:
                 values.append(value)
 
     def at(self, key: Key, time: float) -> str | None:
-        """Return what is set at a time; None if that is not known."""
+        """Return the value at a time; None if it is unknown."""
         place = bisect_right(self._times.get(key, []), time)
         return self._values[key][place - 1] if place else self._first.get(key)
 
     def in_place(self, name: str, start: float, end: float) -> list[Stretch]:
-        """Return when a cure was in place within `[start, end)`, in order; never, if the fault is not in the world."""
-        fault = find_fault(name)  # that of a record may be of another version
+        """Return when a cure of an external fault was in place within `[start, end)`; empty for any other fault."""
+        fault = find_fault(name)  # a record may be of another version
         if fault is None or fault.kind is not FaultKind.EXTERNAL:
             return []
         steps = [step for cure in fault.cures for step in cure]
         goals = [goal[0] for step in steps if (goal := goal_of(step))]
         keys = [(fault.node, fault.parameter), *((step.node, fault.parameter) for step in steps), *goals]
         moments = {time for key in keys for time in self._times.get(key, []) if start < time < end}
-        found: list[Stretch] = []
+        stretches: list[Stretch] = []
         for begin, following in itertools.pairwise([start, *sorted(moments), end]):
             setting = partial(self.at, time=begin)
             if begin < following and any(is_in_place(fault, cure, setting) for cure in fault.cures):
-                joined = bool(found) and found[-1][1] == begin
-                found[-1:] = [(found[-1][0], following)] if joined else [*found[-1:], (begin, following)]
-        return found
+                since = stretches.pop()[0] if stretches and stretches[-1][1] == begin else begin
+                stretches.append((since, following))
+        return stretches
 
 
 def settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
-    """Return what an adaptation sets, and to what."""
+    """Return the parameters or the state that an adaptation sets, with their values."""
     if adaptation.parameters:
         pairs = zip(adaptation.parameters, adaptation.values, strict=True)
         keys = [((adaptation.node, name), value) for name, value in pairs]

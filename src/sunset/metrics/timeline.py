@@ -1,7 +1,6 @@
-"""What an experiment left behind, as values: all that the metrics look at.
+"""The record of a run as values: the input of all metrics.
 
-Times are seconds on the experiment's clock. 0 is the moment at which the faults are injected, the warm-up
-before it is negative, and the experiment ends at `duration_s`. Arrays of times ascend.
+Times are in seconds. The measured time is from 0 to `duration_s`, after the warm-up. Arrays of times ascend.
 """
 
 import math
@@ -20,7 +19,7 @@ NUMBER_OF_CLASSES: Final = len(CLASSES)
 """28."""
 
 Evidence: TypeAlias = Literal["symptoms", "images"]
-"""What a managing system looked at: the blackboard, diagnostics and states only, or images too."""
+"""What a managing system used: the blackboard, diagnostics and states only, or images too."""
 
 Times = npt.NDArray[np.float64]
 Values = npt.NDArray[np.float64]
@@ -43,7 +42,7 @@ class Samples:
     values: Values = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
-        """Check the values, which nodes report as text."""
+        """Check the values."""
         if not np.isfinite(self.values).all():
             raise RecordError("The values of samples must be finite.")
 
@@ -55,13 +54,13 @@ class Injection:
     Attributes:
         time: when [s].
         fault: its name in the catalogue.
-        failure: the name of what it shows as, such as `F1`.
-        node: the node that it is in, with or without the managed system's namespace.
+        failure: the failure that it shows as, such as `F1`.
+        node: its node, with or without the managed system's namespace.
         internal: whether it ends with the node's process.
-        redeploy_only: whether nothing cheaper than a redeploy of the node cures it.
+        redeploy_only: whether only a redeploy of the node cures it.
         ended: when it ended [s]; None if it did not, or the record does not say so.
-        cause: what ended it, such as `restart camera`; empty if it healed by itself, or has not ended.
-        cured_away: when an adaptation kept it from coming again, if it had healed and was to come again [s]; else None.
+        cause: the adaptation that ended it, such as `restart camera`; empty if it healed, or has not ended.
+        cured_away: when an adaptation kept it from coming again while it was away [s]; else None.
     """
 
     time: float
@@ -76,7 +75,7 @@ class Injection:
 
     @property
     def healed(self) -> float | None:
-        """When it healed by itself [s]; None if it did not."""
+        """When it healed [s]; None if it did not."""
         return None if self.cause else self.ended
 
     def is_there(self, time: float) -> bool:
@@ -85,7 +84,7 @@ class Injection:
 
     @property
     def over(self) -> float | None:
-        """When there was nothing of it to be cured any more [s]; None if it has not ended."""
+        """When it ended for good [s]; None if it has not ended."""
         return self.ended if self.cured_away is None else self.cured_away
 
 
@@ -96,11 +95,11 @@ class Command:
     Attributes:
         time: when the request was received [s].
         client: the full name of the node that sent it.
-        node: the node that it is about, with or without the managed system's namespace.
+        node: the node to be changed, with or without the managed system's namespace.
         kind: `set_parameters`, `activate`, `deactivate`, `configure`, `cleanup`, `shutdown` or `redeploy`.
         parameters: the names of the parameters that it sets.
         values: their values as text.
-        successful: whether the answer says that it was done.
+        successful: whether the answer is positive.
     """
 
     time: float
@@ -114,14 +113,14 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """A value that a parameter of a managed node got, or a lifecycle state that the node came into.
+    """A new value of a parameter or a new lifecycle state of a managed node.
 
     Attributes:
-        time: when the node said so [s].
+        time: when the node reported it [s].
         node: the node, with or without the managed system's namespace.
-        name: the parameter's name; `STATE` of a lifecycle state.
+        name: the parameter's name; `STATE` for a lifecycle state.
         value: the value as text, or the state.
-        declared: whether it is the first value that a new process gave the parameter.
+        declared: whether it is a parameter's first value in a new process.
     """
 
     time: float
@@ -133,11 +132,11 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """What a managing system said was wrong.
+    """A diagnosis of the managing system.
 
     Attributes:
         time: when it was published [s].
-        probabilities: fault → how sure it was.
+        probabilities: fault → its probability.
     """
 
     time: float
@@ -153,9 +152,9 @@ class Frames:
     """The segmentation's frames, each compared with the truth.
 
     Attributes:
-        times: (N,) when each picture was taken, and not when it was evaluated [s].
-        iou: (N,) each frame's IoU, the mean over the classes that are in its prediction or truth.
-        intersection: (N, 28) pixels of each class that are right.
+        times: (N,) when each frame was published [s].
+        iou: (N,) each frame's IoU, the mean over the classes in its prediction or truth.
+        intersection: (N, 28) correct pixels of each class.
         predicted: (N, 28) pixels of each class in the prediction, where the truth is not ignored.
         truth: (N, 28) pixels of each class in the truth.
 
@@ -176,11 +175,7 @@ class Frames:
 
 
 def _complete(thresholds: Mapping[str, float]) -> Mapping[str, float]:
-    """Return the thresholds of all signals that have one: as given, else as the system's description has them.
-
-    Raises:
-        RecordError: one is missing, or not finite.
-    """
+    """Return the thresholds of all signals, with the system description's for thresholds that are not given."""
     complete = {}
     for signal in current_system().signals.values():
         if signal.has_threshold:
@@ -195,23 +190,21 @@ def _complete(thresholds: Mapping[str, float]) -> Mapping[str, float]:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Timeline:
-    """Everything about one experiment that its metrics are made of.
+    """The input of the metrics of a run. Sequences are in order of time, and include the warm-up.
 
     Attributes:
-        duration_s: the experiment's end [s]; it begins at 0.
+        duration_s: the measured time [s].
         period_s: the expected time between two messages of a topic [s].
-        message_times: full topic name → (N,) times [s] at which its messages left; a topic that is not
-            there never sent one. Those of the warm-up belong in it.
-        samples: name of a signal → what was reported of it, with that of the warm-up; without an entry nothing was.
-        thresholds: name of a signal's threshold → the threshold; for one that is not there that of the system's
-            description is put in.
-        injections: in order of time.
-        commands: in order of time, of all clients.
-        settings: in order of time, those of the bring-up included.
-        diagnoses: in order of time.
+        message_times: full topic name → (N,) times [s] at which its messages left; without silent topics.
+        samples: name of a signal → its samples; without silent signals.
+        thresholds: name of a signal's threshold → the threshold; missing thresholds are the system description's.
+        injections: the faults.
+        commands: of all clients.
+        settings: of the bring-up, too.
+        diagnoses: of the managing system.
         frames: the evaluated frames that have a truth.
-        without_truth: (N,) when the pictures of which no pixel has a known class were taken [s].
-        expected_frames: how many frames the experiment has, had none been lost.
+        without_truth: (N,) when frames without a pixel of a known class were published [s].
+        expected_frames: the number of frames of the measured time, with lost frames.
 
     Raises:
         RecordError: a threshold is missing, or not finite.
@@ -231,10 +224,10 @@ class Timeline:
     expected_frames: int = round(DURATION_S / PERIOD_S)
 
     def __post_init__(self) -> None:
-        """Put in the thresholds of the system's description."""
+        """Complete the thresholds."""
         object.__setattr__(self, "thresholds", _complete(self.thresholds))
 
     @property
     def has_truth(self) -> bool:
-        """Whether the quality of some frame could be measured, even if that frame was lost."""
+        """Whether the flight has labels, also if all evaluated frames were lost."""
         return bool(len(self.frames.times)) or not len(self.without_truth)

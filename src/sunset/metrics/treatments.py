@@ -1,4 +1,4 @@
-"""What became of each fault, and which adaptations were needless, as `docs/metrics.md` defines it."""
+"""The outcome of each fault, and needless adaptations, as `docs/metrics.md` defines them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,30 +10,30 @@ import numpy.typing as npt
 from sunset.metrics.adaptations import ExecutedAdaptation
 from sunset.metrics.episodes import Episode
 from sunset.metrics.limits import Amount
-from sunset.metrics.settings import Settings, settings_of
+from sunset.metrics.settings import Settings, Stretch, settings_of
 from sunset.metrics.timeline import Injection, Timeline
 from sunset.system import SILENCE_S, Adaptation, AdaptationKind, Fault, find_fault, goal_of
 
 FATES: Final = ("cured", "masked", "missed")
-"""What can become of a fault."""
+"""The fates of a fault."""
 
 MASKING_SHARE: Final = 0.85
-"""A fault is masked only in frames whose IoU is under this share of the healthy one."""
+"""A fault is masked only in frames whose IoU is under this share of the healthy IoU."""
 
 _PARTS_OF_RESTART: Final = frozenset({"restart", "deactivate", "cleanup", "configure", "activate"})
 
 
 @dataclass(frozen=True, slots=True)
 class FaultOutcome:
-    """What became of one fault.
+    """The outcome of a fault.
 
     Attributes:
         fault: its name.
-        failure: what it shows as.
+        failure: the failure that it shows as.
         began: its onset [s].
         until: when it healed, an adaptation ended it, or the experiment ended [s].
-        cured: since when it was cured, which may be while it was away [s]; None if it was not.
-        uncured_s: how long it was there without a cure in place [s].
+        cured: when it was cured, also while it was away [s]; None if it was not.
+        uncured_s: how long it was present without a cure in place [s].
         masked_s: how long it was masked [s]; None where no frame has a truth.
     """
 
@@ -47,21 +47,20 @@ class FaultOutcome:
 
     @property
     def fate(self) -> str:
-        """`cured`; or `masked`, if it was masked for a while; or `missed`."""
+        """One of `FATES`."""
         return "cured" if self.cured is not None else "masked" if self.masked_s else "missed"
 
 
 def faults_of(timeline: Timeline) -> tuple[Injection, ...]:
-    """Return the faults, in order of time; one that is injected again while it is there is the same fault."""
-    there: list[Injection] = []
+    """Return the faults, in order of time; a present fault that is injected again is the same fault."""
+    faults: list[Injection] = []
     for injection in timeline.injections:
-        same = [place for place, fault in enumerate(there) if fault.fault == injection.fault]
-        if same and there[same[-1]].is_there(injection.time):
-            last = there[same[-1]]
-            there[same[-1]] = replace(injection, time=last.time)
+        same = [place for place, fault in enumerate(faults) if fault.fault == injection.fault]
+        if same and faults[same[-1]].is_there(injection.time):
+            faults[same[-1]] = replace(injection, time=faults[same[-1]].time)
         elif injection.time < timeline.duration_s:
-            there.append(injection)
-    return tuple(there)
+            faults.append(injection)
+    return tuple(faults)
 
 
 def fault_outcomes(
@@ -71,65 +70,70 @@ def fault_outcomes(
     parts: Sequence[ExecutedAdaptation],
     healthy: float | None,
 ) -> tuple[tuple[FaultOutcome, ...], float | None]:
-    """Return what became of each fault, and for how long any of them was masked [s].
+    """Return the outcome of each fault, and for how long any of them was masked [s].
 
-    The time is None where there is no fault, or no frame has a truth.
+    The time is None without a fault, or where no frame has a truth.
 
     Args:
         timeline: of the run.
         faults: its faults.
-        episodes: those of all failures, which say when symptoms held.
-        parts: its adaptations, in order of time; a call that sets several parameters is one for each.
-        healthy: the mean IoU of healthy frames; None if there is none.
+        episodes: of all failures, which say when symptoms held.
+        parts: its adaptations, in order of time, separately for each parameter of a call.
+        healthy: the mean IoU of healthy frames; None without such frames.
     """
     settings = Settings(timeline.settings)
-    found, masks = [], []
+    is_bad = timeline.frames.iou < MASKING_SHARE * (healthy or 0.0)
+    outcomes, masks = [], []
     for fault in faults:
         until = timeline.duration_s if fault.ended is None else min(fault.ended, timeline.duration_s)
         in_place = settings.in_place(fault.fault, fault.time, until)
-        lasting = [start for start, stop in in_place if stop - start >= SILENCE_S]
-        ended = fault.ended if fault.cause else fault.cured_away
-        # a process may also end by itself
-        is_treated = any(_treats(part, fault) for part in parts)
-        ends = [ended] if ended is not None and ended <= timeline.duration_s and is_treated else []
-        hidden = _hidden(timeline, fault, until, episodes, parts)
-        for start, stop in in_place:
-            hidden &= (timeline.frames.times < start) | (timeline.frames.times >= stop)
-        masks.append(hidden & (timeline.frames.iou < MASKING_SHARE * (healthy or 0.0)))
-        covered = sum(stop - start for start, stop in in_place)
-        found.append(
+        hidden = _hidden(timeline, fault, until, episodes=episodes, parts=parts, in_place=in_place)
+        masks.append(is_bad & hidden)
+        covered_s = sum(stop - start for start, stop in in_place)
+        outcomes.append(
             FaultOutcome(
                 fault=fault.fault,
                 failure=fault.failure,
                 began=fault.time,
                 until=until,
-                cured=min([*lasting, *ends], default=None),
-                uncured_s=max(0.0, round(until - fault.time - covered, 9)),
+                cured=_cured(fault, in_place, parts, timeline.duration_s),
+                uncured_s=max(0.0, round(until - fault.time - covered_s, 9)),
                 masked_s=_seconds(masks[-1], timeline) if timeline.has_truth else None,
             )
         )
-    if not (found and timeline.has_truth):
-        return tuple(found), None
-    return tuple(found), _seconds(np.any(masks, axis=0), timeline)
+    has_masks = bool(outcomes) and timeline.has_truth
+    return tuple(outcomes), _seconds(np.any(masks, axis=0), timeline) if has_masks else None
+
+
+def _cured(
+    fault: Injection, in_place: Sequence[Stretch], parts: Sequence[ExecutedAdaptation], duration_s: float
+) -> float | None:
+    """Return when a fault was cured: an adaptation ended it, or a cure was in place for a second."""
+    moments = [start for start, stop in in_place if stop - start >= SILENCE_S]
+    ended = fault.ended if fault.cause else fault.cured_away
+    # a process may also end without an adaptation
+    if ended is not None and ended <= duration_s and any(_treats(part, fault) for part in parts):
+        moments.append(ended)
+    return min(moments, default=None)
 
 
 def needless_adaptations(
     parts: Sequence[ExecutedAdaptation], faults: Sequence[Injection]
 ) -> tuple[ExecutedAdaptation, ...]:
-    """Return the adaptations that are no step of a cure of any fault that was there at the time.
+    """Return the adaptations that are not a step of a cure of a fault present at the time.
 
-    A fault that comes and goes is there until an adaptation has cured it while it was away.
+    A fault that comes and goes is present until an adaptation has cured it while it was away.
 
     Args:
-        parts: the adaptations; a call that sets several parameters is one for each.
-        faults: those of the run.
+        parts: the adaptations, separately for each parameter of a call.
+        faults: of the run.
     """
     return tuple(part for part in parts if not any(_treats(part, fault) for fault in faults))
 
 
 def _treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
-    """Return whether an adaptation performs a step, or a part of one, of a cure of a fault that is there."""
-    described = find_fault(fault.fault)  # that of a record may be of another version
+    """Return whether an adaptation performs a step, or a part of a step, of a cure of a present fault."""
+    described = find_fault(fault.fault)  # a record may be of another version
     if described is None:
         return False
     is_there = any(
@@ -158,22 +162,25 @@ def _hidden(
     timeline: Timeline,
     fault: Injection,
     until: float,
+    *,
     episodes: Sequence[Episode],
-    executed: Sequence[ExecutedAdaptation],
+    parts: Sequence[ExecutedAdaptation],
+    in_place: Sequence[Stretch],
 ) -> npt.NDArray[np.bool_]:
-    """Return of each evaluated frame whether a fault is there and its symptom has gone after an adaptation."""
+    """Return of each frame whether a fault is uncured, but its symptom has gone after an adaptation."""
     times = timeline.frames.times
     ours = [episode for episode in episodes if episode.failure == fault.failure]
     gone = [
         episode.ended
         for episode in ours
-        if episode.ended is not None
-        and any(fault.time <= adaptation.time <= episode.ended for adaptation in executed)
+        if episode.ended is not None and any(fault.time <= part.time <= episode.ended for part in parts)
     ]
     hidden = (times >= max(fault.time, min(gone, default=until))) & (times < until)
-    for episode in ours:
-        stop = timeline.duration_s if episode.ended is None else episode.ended
-        hidden &= (times < episode.holds) | (times >= stop)
+    held = [
+        (episode.holds, timeline.duration_s if episode.ended is None else episode.ended) for episode in ours
+    ]
+    for start, stop in (*held, *in_place):
+        hidden &= (times < start) | (times >= stop)
     return hidden
 
 

@@ -9,7 +9,7 @@ import pytest
 from sunset.errors import ManagerError
 from sunset.experiments import Settings, manager_checksum
 from sunset.managing import checksum
-from sunset.managing.files import manager_code, manager_data, written_files
+from sunset.managing.sources import manager_code, manager_data, source_files
 
 
 def written(folder: Path, files: str) -> str:
@@ -27,7 +27,6 @@ def test_a_class_names_the_files_that_it_reads(tmp_path: Path, files: str) -> No
     for name in ("a", "b/c"):
         (tmp_path / name).touch()
     assert manager_data(spec) == (tmp_path / "a", tmp_path / "b/c")
-    assert manager_data("mine.py:Mine", tmp_path) == manager_data(spec)
     assert manager_data(spec.replace("Mine", "Absent")) == ()
 
 
@@ -108,22 +107,18 @@ def test_the_files_of_a_managing_system_are_known_before_it_is_loaded(tmp_path: 
         (tmp_path / name).write_text(dedent(text))
     spec = f"{tmp_path / 'mine.py'}:Mine"
 
-    likely, possible = written_files(spec)
+    names = {str(file.relative_to(tmp_path)) for file in source_files(spec)}
 
-    names = [{str(file.relative_to(tmp_path)) for file in files} for files in (likely, possible)]
-    assert names == [
-        FILES.keys() - {"absent.py", "late.py", "package/unused.py"},
-        FILES.keys() - {"package/unused.py"},
-    ]
-    assert manager_checksum(spec, Settings()) == checksum(spec, likely)
+    assert names == FILES.keys() - {"package/unused.py"}
+    assert manager_checksum(spec, Settings()) == checksum(spec)
 
 
 def test_a_file_that_is_gone_is_said() -> None:
     with pytest.raises(ManagerError, match=r"There is no file gone\.py\."):
-        list(written_files("gone.py:Mine"))
+        source_files("gone.py:Mine")
 
 
 def test_a_file_that_is_not_python_is_said(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text("class Mine(:\n")
     with pytest.raises(ManagerError, match=r"The file .*mine\.py cannot be read as Python: invalid syntax"):
-        list(written_files(f"{tmp_path / 'mine.py'}:Mine"))
+        source_files(f"{tmp_path / 'mine.py'}:Mine")

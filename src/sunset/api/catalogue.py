@@ -201,8 +201,12 @@ def calibrate_model(
     Raises:
         SunsetError: the model or the bag is not usable, or the result cannot be written.
     """
-    from sunset.training.recalibrate import calibrate_model as calibrate  # noqa: PLC0415  takes long to import
-    from sunset.training.recalibrate import check_target, frames_of_bag, validation_flight  # noqa: PLC0415
+    from sunset.training import check_extra  # noqa: PLC0415  takes long to import
+
+    check_extra("Calibrating", "onnx")
+    from sunset.training.calibrate import calibrate_model as calibrate  # noqa: PLC0415  needs the extra
+    from sunset.training.calibrate import check_target  # noqa: PLC0415
+    from sunset.training.frames import frames_of_bag, validation_flight  # noqa: PLC0415
 
     check_progress(progress)
     loaded, target = _loaded(model), None if out is None else as_path(out, "model's folder")

@@ -52,7 +52,7 @@ def train_model(
     Raises:
         SunsetError: torch or onnx is not installed, a value cannot be used, or a folder cannot be written.
     """
-    from sunset.training import CONFIGS, MODALITIES, FrameCounts, train  # noqa: PLC0415  takes long to import
+    from sunset.training import CONFIGS, MODALITIES, FrameCounts, check_extra  # noqa: PLC0415  takes long to import
 
     check_progress(progress)
     check_flags(resume=resume, compiled=compiled)
@@ -62,6 +62,9 @@ def train_model(
                 f"There is nothing to train called {shown(value)}: {suggestion(value, values)}choose among "
                 f"{', '.join(values)}."
             )
+    check_extra("Training", "torch", "onnx", "matplotlib")
+    from sunset.training.run import train  # noqa: PLC0415  needs the extra
+
     steps, frames = count_of(steps, "steps"), count_of(frames, "frames")
     batch, jobs = count_of(batch, "batch"), count_of(jobs, "jobs")
     folder = as_path(out, "model's folder")
@@ -114,7 +117,7 @@ def import_model(
         SunsetError: torch or onnx is not installed, a checkpoint is not usable, or the folder exists or cannot be
             written.
     """
-    from sunset.training import import_checkpoints  # noqa: PLC0415  takes long to import
+    from sunset.training import check_extra  # noqa: PLC0415  takes long to import
 
     check_progress(progress)
     folder = as_path(out, "model's folder")
@@ -129,6 +132,9 @@ def import_model(
             raise InvalidInputError(
                 f"The size must be width and height in pixels, such as (256, 144), got {size!r}."
             )
+    check_extra("Importing checkpoints", "torch", "onnx")
+    from sunset.training.importing import import_checkpoints  # noqa: PLC0415  needs the extra
+
     return import_checkpoints(
         as_path(checkpoints, "folder of the checkpoints"),
         folder,

@@ -1,4 +1,4 @@
-"""Tables of IoU as Markdown and as rows, and whether they bear out what the project claims."""
+"""Tables of IoU as Markdown, CSV and JSON, with a check of the project's claims."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Final
@@ -9,7 +9,8 @@ from sunset.classes import CLASSES
 from sunset.perception import Modality
 from sunset.tables import markdown_table
 from sunset.texts import csv_text
-from sunset.training.tables import AXES, Entry, IouTables, Measured
+from sunset.training.evaluate import Measured
+from sunset.training.tables import AXES, Entry, IouTables
 
 _COMMON: Final = 0.005
 _LEARNED: Final = 0.3
@@ -59,7 +60,7 @@ def _cell(value: float) -> str:
 
 
 def claims(tables: IouTables) -> Iterator[str]:
-    """Yield a sentence for everything that the project claims of its models: that it holds, or that it does not."""
+    """Yield a sentence for each claim about the models, with its verdict."""
     for name, measured in tables.places().items():
         means = dict(zip(tables.networks, measured.per_image(), strict=True))
         for entry, value in means.items():
@@ -80,11 +81,11 @@ def _verdict(holds: bool) -> str:
 
 
 def _flying(tables: IouTables) -> dict[str, Entry]:
-    """Return the network that flies, by model: the fusion, if there is one."""
-    found: dict[str, Entry] = {}
+    """Return the first network of each model, which runs use: the fusion, if there is one."""
+    flying: dict[str, Entry] = {}
     for entry in tables.networks:
-        found.setdefault(entry.model, entry)
-    return found
+        flying.setdefault(entry.model, entry)
+    return flying
 
 
 def _weak_classes(tables: IouTables, name: str, measured: Measured) -> Iterator[str]:
@@ -108,7 +109,7 @@ def _order(tables: IouTables, name: str, means: dict[Entry, float]) -> Iterator[
 
 
 def iou_csv(tables: IouTables) -> str:
-    """Return one line a figure, with a line of names."""
+    """Return the figures as CSV, a figure in each row."""
     rows: list[list[object]] = [
         ["frames", "count", "measure", "class", "share_of_pixels", "model", "modality", "iou"]
     ]
@@ -126,13 +127,13 @@ def iou_csv(tables: IouTables) -> str:
 
 
 def _groups(tables: IouTables) -> dict[str, Measured]:
-    """Return all sets of frames that something is said about, by name."""
+    """Return all sets of frames by name."""
     along = {f"{axis} {value}": measured for axis in AXES for value, measured in tables.along(axis).items()}
     return tables.places() | along
 
 
 def iou_json(tables: IouTables) -> dict[str, object]:
-    """Return everything as an object that `json` writes."""
+    """Return all figures and claims as a JSON object."""
     return {
         "frames": {name: _object(tables, measured) for name, measured in _groups(tables).items()},
         "claims": list(claims(tables)),

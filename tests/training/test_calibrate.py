@@ -14,8 +14,7 @@ from sunset.calibration import window_means
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, InvalidInputError, ModelError, OutputError
 from sunset.perception import Modality, Segmenter, load_model
-from sunset.training import FrameSet, frames_of_bag
-from sunset.training.frames import validation_flight
+from sunset.training import FrameSet, frames_of_bag, validation_flight
 
 pytestmark = pytest.mark.thorough
 

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from sunset.errors import MissingExtraError
 from sunset.training.batches import FrameSet
 from sunset.training.config import CONFIGS, MODALITIES, Phase, Schedule, TrainingConfig
-from sunset.training.frames import FrameCounts, FrameSets, frames_of_bag, render_sets
+from sunset.training.frames import FrameCounts, FrameSets, frames_of_bag, render_sets, validation_flight
 from sunset.training.lite import LiteShape
 from sunset.training.reference import ReferenceShape
 
@@ -26,6 +26,7 @@ __all__ = [
     "check_extra",
     "frames_of_bag",
     "render_sets",
+    "validation_flight",
 ]
 
 

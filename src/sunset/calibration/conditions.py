@@ -80,7 +80,7 @@ class Condition:
         """Return the condition after the cheapest cure of a fault."""
         modality, known = self.modality, effects()
         for step in cure_of(fault):
-            if (step.node, step.parameter) == ("sensor_fusion", "modality"):
+            if (step.node, step.parameter) == ("sensor_fusion", "modality") and isinstance(step.value, int):
                 modality = Modality(step.value)
         restores = known[fault].restore is not None
         left = tuple(

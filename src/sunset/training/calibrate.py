@@ -2,12 +2,12 @@
 
 import hashlib
 import shutil
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +31,7 @@ from sunset.training.batches import FrameSet, Images
 from sunset.training.curves import Case, Curves, curves_of, look
 from sunset.training.inputs import upsampling
 from sunset.training.onnx_reader import read_network
-from sunset.training.over_frames import Arrays, over_frames
+from sunset.training.over_frames import Arrays, LookOptions, over_frames
 from sunset.workers import Stages
 
 TEMPERATURE: Final = "temperature"
@@ -46,15 +46,19 @@ _EVERY: Final = 3
 Values = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class _Looking:
-    """The frames, and how they are looked at; as `calibrate_model`."""
+class _Looking(NamedTuple):
+    """The frames, a progress with titles, and the other options of `over_frames`."""
 
     frames: FrameSet
-    device: str
-    jobs: int | None
     progress: Stages | None
-    kept: Path | None
+    options: LookOptions
+
+    def over(
+        self, title: str, look: Callable[..., Arrays], arguments: tuple[object, ...], model: Model
+    ) -> Arrays:
+        """Look at all frames; as `over_frames`."""
+        progress = partial(self.progress, title) if self.progress else None
+        return over_frames(look, arguments, model, self.frames, progress=progress, **self.options)
 
 
 def calibrate_model(
@@ -78,22 +82,21 @@ def calibrate_model(
         frames: consecutive, of the model's size, at least five.
         out: a new folder for the calibrated model, and its name; None to change the model itself.
         source: the origin of the frames, for the card.
-        jobs: as in `over_frames`, like `device` and `kept`.
-        device: see `jobs`.
+        jobs: see `LookOptions`.
+        device: likewise.
         progress: called with a title, frames done and frames in all.
-        kept: see `jobs`.
+        kept: see `LookOptions`.
     """
     check_target(model, out)
     _check_frames(model, frames)
-    looking = _Looking(frames, find_device(device), jobs, progress, kept)
+    looking = _Looking(frames, progress, {"device": find_device(device), "jobs": jobs, "kept": kept})
     target, home = (model.folder, model.folder) if out is None else (out, out.parent)
-    if out is not None:
-        model = replace(model, card=replace(model.card, name=out.resolve().name))
+    card = model.card if out is None else replace(model.card, name=out.resolve().name)
     try:
         home.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(prefix=".calibrating-", dir=home) as name:
             draft = Path(name) / "model"
-            _write_calibrated(_copied(model, draft), looking, source)
+            _write_calibrated(_copied(replace(model, card=card), draft), looking, source)
             _publish(draft, target, whole=out is not None)
     except OSError as error:
         raise OutputError(f"The model {target} cannot be written: {error.strerror or error}.") from error
@@ -143,39 +146,20 @@ def _publish(draft: Path, target: Path, *, whole: bool) -> None:
 
 def _write_calibrated(model: Model, looking: _Looking, source: str) -> None:
     """Calibrate a model in its own folder."""
-    progress = looking.progress
     model = _with_temperatures(model, _temperatures(model, looking))
     plan = plan_curves(model.card, grid={})
-    (values,) = over_frames(
-        look,
-        (plan.conditions(), loaded_extensions()),
-        model,
-        looking.frames,
-        chosen=range(len(looking.frames)),
-        device=looking.device,
-        jobs=looking.jobs,
-        progress=partial(progress, "Measuring") if progress else None,
-        kept=looking.kept,
-    )
+    (values,) = looking.over("Measuring", look, (plan.conditions(), loaded_extensions()), model)
     _write_card(model, plan, values, source)
 
 
 def _temperatures(model: Model, looking: _Looking) -> dict[Modality, float]:
     """Return temperatures with which all networks have the main network's mean entropy."""
-    frames, progress = looking.frames, looking.progress
+    frames = looking.frames
     main, *others = sorted(model.card.networks)
     chosen = np.linspace(0, len(frames) - 1, min(_FRAMES, len(frames))).astype(int)
     few = FrameSet(frames.bgr[chosen], frames.depth[chosen], frames.labels[chosen])
-    entropies, *logits = over_frames(
-        _entropy_and_logits,
-        (main, tuple(others)),
-        model,
-        few,
-        chosen=range(len(few)),
-        device=looking.device,
-        jobs=looking.jobs,
-        progress=partial(progress, "Temperatures") if progress else None,
-        kept=looking.kept,
+    entropies, *logits = looking._replace(frames=few).over(
+        "Temperatures", _entropy_and_logits, (main, tuple(others)), model
     )
     target = float(np.mean(entropies))
     fitted = [temperature_for(list(maps), target, model.card.width) for maps in logits]

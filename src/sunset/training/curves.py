@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -27,8 +27,7 @@ from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device
 from sunset.seeding import generator
 from sunset.system import LoadedExtension, load_extension, loaded_extensions
 from sunset.training.batches import Images
-from sunset.training.over_frames import Arrays, over_frames
-from sunset.workers import Progress
+from sunset.training.over_frames import Arrays, LookOptions, over_frames
 
 BAND: Final = (0.5, 0.75)
 """A fault at suite strength should leave this share of the nominal IoU."""
@@ -175,33 +174,22 @@ def measure_curves(
     every: int = 1,
     strengths: Mapping[str, float] | None = None,
     grid: Mapping[str, Sequence[float]] | None = None,
-    jobs: int | None = None,
-    device: str = "cpu",
-    progress: Progress | None = None,
+    **options: Unpack[LookOptions],
 ) -> Curves:
     """Measure a model on the frames of a bag, in every condition.
 
     Args:
         model: the model.
-        bag: of at least five frames, all with labels; they are resampled to the model's size.
+        bag: of at least five frames, all with labels.
         every: look at the first five of every 5 · `every` frames only.
         strengths: in place of the suites', by fault.
         grid: further strengths, by fault; None for the catalogue's.
-        jobs: as in `over_frames`, like `progress`.
-        device: as a `Segmenter` takes it.
-        progress: see there.
+        **options: see `LookOptions`.
     """
     plan = plan_curves(model.card, strengths, grid)
-    (values,) = over_frames(
-        look,
-        (plan.conditions(), loaded_extensions()),
-        model,
-        bag,
-        chosen=chosen_frames(_count(bag, model.card), every),
-        device=find_device(device),
-        jobs=jobs,
-        progress=progress,
-    )
+    chosen = chosen_frames(_count(bag, model.card), every)
+    options["device"] = find_device(options.get("device", "cpu"))
+    (values,) = over_frames(look, (plan.conditions(), loaded_extensions()), model, bag, chosen, **options)
     return curves_of(plan, model.card, values, every)
 
 

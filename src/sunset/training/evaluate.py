@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +12,7 @@ from sunset.metrics import ClassCounts, class_iou, count_classes
 from sunset.metrics.timeline import Counts
 from sunset.perception import Modality, Model, Segmenter
 from sunset.training.batches import FrameSet, Images
-from sunset.training.over_frames import Arrays, over_frames
-from sunset.workers import Progress
+from sunset.training.over_frames import Arrays, LookOptions, over_frames
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,28 +52,11 @@ class Measured:
 
 
 def measure(
-    model: Model,
-    frames: FrameSet | Path,
-    chosen: Sequence[int],
-    *,
-    device: str = "cpu",
-    jobs: int | None = None,
-    progress: Progress | None = None,
-    kept: Path | None = None,
+    model: Model, frames: FrameSet | Path, chosen: Sequence[int] | None = None, **options: Unpack[LookOptions]
 ) -> Measured:
     """Segment frames with all networks of a model, and compare the labels with the truth; as `over_frames`."""
     modalities = tuple(sorted(model.card.networks))
-    (counts,) = over_frames(
-        _count,
-        (modalities,),
-        model,
-        frames,
-        chosen=chosen,
-        device=device,
-        jobs=jobs,
-        progress=progress,
-        kept=kept,
-    )
+    (counts,) = over_frames(_count, (modalities,), model, frames, chosen, **options)
     return Measured(counts)
 
 

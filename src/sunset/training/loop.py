@@ -104,7 +104,8 @@ def _begun(
         unfold(layers, modules, start.weights, results)
         logits[f"{name}.logits"] = results[f"{name}.logits"]
     shift_logits(networks, modules, np.float32(start.logit_adjustment) * log_weights)
-    return modules.state_dict()
+    weights: Weights = modules.state_dict()
+    return weights
 
 
 def check_work(config: TrainingConfig, work: Path, *, resume: bool) -> None:

@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -23,17 +23,29 @@ from sunset.workers import Progress, spread
 Arrays: TypeAlias = tuple[npt.NDArray[Any], ...]
 
 
+class LookOptions(TypedDict, total=False):
+    """The options of `over_frames`.
+
+    Attributes:
+        device: of the networks, as a `Segmenter` takes it; the processor by default.
+        jobs: processes; by default as many as there are processors. The result does not depend on it.
+        progress: called with (frames done, frames in all).
+        kept: a folder that keeps the results for a set, so that an interrupted call loses little.
+    """
+
+    device: str
+    jobs: int | None
+    progress: Progress | None
+    kept: Path | None
+
+
 def over_frames(
     look: Callable[..., Arrays],
     arguments: tuple[object, ...],
     model: Model,
     frames: FrameSet | Path,
-    *,
-    chosen: Sequence[int],
-    device: str = "cpu",
-    jobs: int | None = None,
-    progress: Progress | None = None,
-    kept: Path | None = None,
+    chosen: Sequence[int] | None = None,
+    **options: Unpack[LookOptions],
 ) -> Arrays:
     """Return the arrays that a function returns for each frame, stacked over the frames.
 
@@ -42,12 +54,10 @@ def over_frames(
         arguments: distinguished by their `repr`.
         model: its networks are run by the segmenter.
         frames: a set, or a bag, whose frames are resampled to the model's size.
-        chosen: the numbers of the frames.
-        device: as a `Segmenter` takes it.
-        jobs: processes; as many as there are processors if None. The result does not depend on it.
-        progress: called with (frames done, frames in all).
-        kept: a folder that keeps the results for a set, so that an interrupted call loses little; None to keep none.
+        chosen: the numbers of the frames; all of a set if None.
+        **options: see `LookOptions`.
     """
+    device, kept = options.get("device", "cpu"), options.get("kept")
     with _on_disk(frames) as place:
         opening = partial(_opened, model.folder, device, place, isinstance(frames, FrameSet))
         work: Callable[[int], Arrays] = partial(_look_at, look, arguments, opening)
@@ -55,8 +65,9 @@ def over_frames(
             digests = [network.digest for _, network in sorted(model.card.networks.items())]
             origin = (__version__, look.__qualname__, arguments, digests, device, kept and frames.digest())
             work = keep(work, kept, *origin)
+            chosen = range(len(frames)) if chosen is None else chosen
         _opened.cache_clear()  # the files may have changed since this process opened them
-        rows = list(spread(work, chosen, jobs=jobs, progress=progress))
+        rows = list(spread(work, chosen or (), jobs=options.get("jobs"), progress=options.get("progress")))
     return tuple(np.stack(arrays) for arrays in zip(*rows, strict=True))
 
 

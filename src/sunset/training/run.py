@@ -148,7 +148,7 @@ def _finished(
 
     def measured(title: str, model: Model, frames: FrameSet) -> Measured:
         note = partial(progress, title) if progress else None
-        return measure(model, frames, range(len(frames)), jobs=jobs, progress=note, kept=kept)
+        return measure(model, frames, jobs=jobs, progress=note, kept=kept)
 
     results = _export(config, modules, sets, draft, measured)
     model = calibrate_model(

@@ -366,9 +366,9 @@ def _parameters(modules: nn.Module, decay: float) -> list[dict[str, object]]:
 
 def _truncate(log: Path, step: int) -> None:
     """Drop an incomplete last line of a log, and the lines after a step, which a resumed training writes again."""
-    text = log.read_text(encoding="utf-8") if step and log.exists() else ""
-    lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
     try:
+        text = log.read_text(encoding="utf-8") if step and log.exists() else ""
+        lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
         kept = [line for line in lines if json.loads(line)["step"] <= step]
     except (KeyError, TypeError, ValueError) as error:
         raise DataError(

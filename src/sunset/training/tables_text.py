@@ -114,16 +114,23 @@ def iou_csv(tables: IouTables) -> str:
         ["frames", "count", "measure", "class", "share_of_pixels", "model", "modality", "iou"]
     ]
     for name, measured in _groups(tables).items():
-        shares, by_class = measured.shares(), measured.by_class()
-        means = (("mean over frames", measured.per_image()), ("mIoU", measured.dataset()))
+        shares = measured.shares()
         for place, entry in enumerate(tables.networks):
             network = [entry.model, entry.modality.key]
-            for measure, values in means:
+            for measure, values in (
+                ("mean over frames", measured.per_image()),
+                ("mIoU", measured.dataset()),
+            ):
                 rows.append([name, len(measured), measure, "", "", *network, f"{values[place]:.6g}"])
-            for index in np.flatnonzero(~np.isnan(by_class[place])):
-                row = [name, len(measured), "class IoU", CLASSES[index], f"{shares[index]:.6g}", *network]
-                rows.append([*row, f"{by_class[place, index]:.6g}"])
+            for index, iou in _present(measured, place):
+                share = f"{shares[index]:.6g}"
+                rows.append([name, len(measured), "class IoU", CLASSES[index], share, *network, f"{iou:.6g}"])
     return csv_text(rows)
+
+
+def _present(measured: Measured, place: int) -> list[tuple[int, float]]:
+    """Return the classes present with a network, by index, and their IoU."""
+    return [(index, float(iou)) for index, iou in enumerate(measured.by_class()[place]) if not np.isnan(iou)]
 
 
 def _groups(tables: IouTables) -> dict[str, Measured]:
@@ -141,7 +148,6 @@ def iou_json(tables: IouTables) -> dict[str, object]:
 
 
 def _object(tables: IouTables, measured: Measured) -> dict[str, object]:
-    by_class = measured.by_class()
     return {
         "count": len(measured),
         "share_of_pixels": dict(zip(CLASSES, measured.shares().tolist(), strict=True)),
@@ -149,10 +155,7 @@ def _object(tables: IouTables, measured: Measured) -> dict[str, object]:
             str(entry): {
                 "mean_over_frames": float(measured.per_image()[place]),
                 "miou": float(measured.dataset()[place]),
-                "classes": {
-                    CLASSES[index]: float(by_class[place, index])
-                    for index in np.flatnonzero(~np.isnan(by_class[place]))
-                },
+                "classes": {CLASSES[index]: iou for index, iou in _present(measured, place)},
             }
             for place, entry in enumerate(tables.networks)
         },

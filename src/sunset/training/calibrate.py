@@ -17,6 +17,7 @@ from sunset.calibration import (
     SAMPLES,
     Condition,
     CurvesPlan,
+    Values,
     part_entropy,
     part_sharpness,
     plan_curves,
@@ -43,8 +44,6 @@ _FRAMES: Final = 60
 _EVERY: Final = 3
 """Every third row and column does; odd, so that pixels near to and far from a logit take part."""
 
-Values = npt.NDArray[np.float64]
-
 
 class _Looking(NamedTuple):
     """The frames, a progress with titles, and the other options of `over_frames`."""
@@ -58,7 +57,8 @@ class _Looking(NamedTuple):
     ) -> Arrays:
         """Look at all frames; as `over_frames`."""
         progress = partial(self.progress, title) if self.progress else None
-        return over_frames(look, arguments, model, self.frames, progress=progress, **self.options)
+        options: LookOptions = {**self.options, "progress": progress}
+        return over_frames(look, arguments, model, self.frames, **options)
 
 
 def calibrate_model(

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Final, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
 from sunset.calibration import (
     AUC,
@@ -14,6 +13,7 @@ from sunset.calibration import (
     SHARPNESS,
     Condition,
     CurvesPlan,
+    Values,
     chosen_frames,
     plan_curves,
     roc_auc,
@@ -40,8 +40,6 @@ SHARPNESS_AUC: Final = 0.99
 
 CURED: Final = 0.02
 """The most that the IoU after the cure may be below the IoU without a fault."""
-
-Values = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

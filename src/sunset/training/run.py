@@ -38,7 +38,7 @@ _KEPT: Final = "kept"
 _Measure = Callable[[str, Model, FrameSet], Measured]
 
 
-class Options(TypedDict, total=False):
+class RunOptions(TypedDict, total=False):
     """The options of `train`."""
 
     start: Model | None
@@ -61,7 +61,7 @@ def train(
     *,
     work: Path,
     counts: FrameCounts | None = None,
-    **options: Unpack[Options],
+    **options: Unpack[RunOptions],
 ) -> Model:
     """Render frames, learn weights, calibrate, measure, and write a model.
 
@@ -83,7 +83,7 @@ def train(
 
 
 def train_on(
-    config: TrainingConfig, sets: FrameSets, out: Path, *, work: Path, **options: Unpack[Options]
+    config: TrainingConfig, sets: FrameSets, out: Path, *, work: Path, **options: Unpack[RunOptions]
 ) -> Model:
     """Train on given frames; see `train`."""
     start = _start(options.get("start"), config)
@@ -140,7 +140,7 @@ def _finished(
     work: Path,
     *,
     start: Start | None,
-    options: Options,
+    options: RunOptions,
 ) -> Path:
     """Return the folder of the exported, calibrated and measured model."""
     jobs, progress = options.get("jobs", 1), options.get("progress")

@@ -38,9 +38,8 @@ import onnx
 import onnxruntime
 from onnx import TensorProto, helper, numpy_helper
 
-from sunset.classes import CLASSES
 from sunset.errors import SunsetError
-from sunset.perception import Modality, Model, ModelCard, Segmenter, list_models, load_model
+from sunset.perception import Modality, Model, Segmenter, list_models, load_model
 from sunset.training import CONFIGS, FrameSet, TrainingConfig
 from sunset.training.network import build, folded_weights
 from sunset.training.onnx_graph import Format, Network, export
@@ -167,10 +166,15 @@ def drawn(config: TrainingConfig, folder: Path) -> Iterator[Model]:
     weights, noise = folded_weights(layers, modules), frame((height, width))
     frames = FrameSet(noise["bgr"][None], noise["depth"][None], np.zeros((1, height, width), dtype=np.uint8))
     networks = {modality: Network(config.layers(modality.key), weights) for modality in Modality}
-    for form in (Format(), Format(ranges=ranges(config.plan(config.branches), modules, frames))):
-        where, name = folder / form.precision, f"{config.name}, random in {form.precision},"
-        cards = export(where, networks, form)
-        yield Model(where, ModelCard(name, "", "", height, width, CLASSES, 1.0, 0.0, cards))
+    limits = ranges(config.plan(config.branches), modules, frames)
+    for precision, form in {"float32": Format(), "int8": Format(ranges=limits)}.items():
+        card = {
+            "name": f"{config.name}, random in {precision},",
+            "description": "random",
+            "architecture": "random",
+        }
+        export(folder / precision, networks, form, card)
+        yield load_model(folder / precision)
 
 
 def write_branches(path: Path, modality: Modality, frames: int, out: Path) -> Arrays:

@@ -4,12 +4,12 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
 
-from sunset.calibration import FlightThresholds, fit_to_flight, flight_thresholds, flights_text, plan_curves
+from sunset.calibration import FlightThresholds, fit_to_flight, flight_thresholds, plan_curves
 from sunset.calibration import flight as module
+from sunset.calibration.flight import OF_CARD
 from sunset.data import BagReader, flights_folder, read_bag, write_bag
 from sunset.perception import Modality, Segmenter, load_model
 
@@ -94,9 +94,7 @@ def test_what_is_measured_on_the_default_flight_are_the_thresholds_of_its_runs(
     )
     windows = np.convolve(drawn[:, 0, 0], np.full(5, 0.2), "valid")
     assert found.over["fusion"] == pytest.approx((windows > card.entropy_threshold).mean())
-    assert "On default runs have the thresholds of the model's card" in flights_text(
-        "lite", {"default": found}, ()
-    )
+    assert found.made_of[OF_CARD] == f"{card.entropy_threshold} {card.sharpness_threshold}"
 
 
 def test_frames_that_tell_nothing_leave_the_model_its_thresholds(
@@ -115,25 +113,3 @@ def test_frames_that_tell_nothing_leave_the_model_its_thresholds(
         f"{begin}the AUC of image_degradation is 0.50, the AUC of unneeded_enhancement is 0.50, the AUC of image_shift "
         "is 0.50, the AUC of depth_degradation is 0.50, 100% of the windows with image_degradation are not over it, "
     )
-
-
-def test_the_table_says_which_flights_are_beyond_a_model(found: FlightThresholds) -> None:
-    good = msgspec.structs.replace(
-        found,
-        over=dict.fromkeys(found.over, 0.02),
-        auc=dict.fromkeys(found.auc, 0.95),
-        missed=dict.fromkeys(found.missed, 0.05),
-        cured=dict.fromkeys(found.cured, 0.95),
-    )
-    assert good.shortfalls() == ()
-    assert good.warning("lite") == ""
-    assert flights_text("lite", {"a": good}, ()).endswith("All of it holds for lite.\n")
-    bad = msgspec.structs.replace(
-        good, over={"rgb": 0.03}, auc={"image_shift": 0.949}, missed={"y": 0.06}, cured={"x": 0.94}
-    )
-    text = flights_text("lite", {"a": good, "b": bad}, {"b"})
-    assert text.endswith(
-        "Beyond lite is b: 3% of the windows of rgb are over it, the AUC of image_shift is 0.95, 6% of the windows "
-        "with y are not over it and 6% of the windows after the cure of x are over it.\n"
-    )
-    assert [line.split()[:2] for line in text.splitlines()[1:3]] == [["a", "no"], ["b", "yes"]]

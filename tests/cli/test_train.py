@@ -76,6 +76,6 @@ def test_a_trained_model_has_the_name_of_its_folder_unless_it_is_given_one(
         names.append(config.name)
         return load_model("lite")
 
-    monkeypatch.setattr("sunset.training.train", training)
+    monkeypatch.setattr("sunset.training.run.train", training)
     assert main(["train", "--out", str(tmp_path / "mine"), *named]) == 0
     assert names == [name]

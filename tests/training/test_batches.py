@@ -55,8 +55,3 @@ def test_what_is_written_into_loaded_frames_does_not_reach_the_disk(sets: FrameS
 def test_missing_frames_are_named(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"The training frames in .* cannot be read"):
         FrameSet.load(tmp_path)
-
-
-def test_arrays_that_do_not_belong_together_are_refused(sets: FrameSets) -> None:
-    with pytest.raises(DataError, match="consists of three arrays of shapes"):
-        FrameSet(sets.train.bgr, sets.train.depth[:3], sets.train.labels)

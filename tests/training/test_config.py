@@ -46,8 +46,6 @@ def test_the_second_branch_begins_with_the_first_ones_weights() -> None:
 def test_a_step_belongs_to_the_phase_that_it_falls_into() -> None:
     schedule = Schedule(phases=(Phase(3, 8, 16), Phase(2, 4)))
     assert [schedule.phase(step).batch for step in range(5)] == [8, 8, 8, 4, 4]
-    with pytest.raises(InvalidInputError, match="has 5 steps, there is no step 5"):
-        schedule.phase(5)
 
 
 @pytest.mark.parametrize("steps", [75, 1000, 9001])
@@ -64,32 +62,6 @@ def test_phases_that_are_left_without_a_step_are_dropped() -> None:
     schedule = Schedule(phases=(Phase(6, 8, 16), Phase(1, 4)))
     assert schedule.with_steps(2).phases == (Phase(2, 8, 16),)
     assert schedule.with_steps(7) == schedule
-
-
-def test_an_unknown_modality_is_refused() -> None:
-    with pytest.raises(InvalidInputError, match="must be some of rgb, depth, fusion, got lidar"):
-        TrainingConfig(modalities=("lidar",))
-
-
-def test_no_modality_is_refused() -> None:
-    with pytest.raises(InvalidInputError, match="got none"):
-        TrainingConfig(modalities=())
-
-
-def test_fusion_without_its_branches_is_refused() -> None:
-    with pytest.raises(InvalidInputError, match="trained together with both branches"):
-        TrainingConfig(modalities=("rgb", "fusion"))
-
-
-@pytest.mark.parametrize("name", ["warm_up", "log_every", "validate_every"])
-def test_an_interval_of_no_steps_is_refused(name: str) -> None:
-    with pytest.raises(InvalidInputError, match="at least 1 step each"):
-        Schedule(**{name: 0})  # type: ignore[arg-type]
-
-
-def test_no_steps_are_refused() -> None:
-    with pytest.raises(InvalidInputError, match="at least one step and one frame a step, got 0 and 16"):
-        Schedule(phases=(Phase(0, 16),))
 
 
 def test_the_learning_rate_rises_falls_and_falls_anew_where_a_phase_says_so() -> None:

@@ -2,7 +2,6 @@
 
 import csv
 import shutil
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,9 @@ from hypothesis import strategies as st
 from sunset.calibration import Condition, CurvesPlan, chosen_frames, plan_curves, window_means
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ModelError
-from sunset.perception import Modality, load_model
+from sunset.perception import Modality, Segmenter, load_model
 from sunset.system import BLUR_SIGMA, current_system
+from sunset.training import frames_of_bag
 from sunset.training.curves import (
     BAND,
     Case,
@@ -25,7 +25,6 @@ from sunset.training.curves import (
 )
 from sunset.training.curves_text import as_csv, as_json, as_text
 from sunset.training.evaluate import measure
-from sunset.training.recalibrate import frames_of_bag
 
 pytestmark = pytest.mark.thorough
 FAULTS = current_system().faults
@@ -72,7 +71,7 @@ def synthetic(plan: CurvesPlan, seed: int) -> np.ndarray[tuple[int, int, int], n
 def test_more_harm_is_never_found_to_be_less(seed: int) -> None:
     card = load_model("lite").card
     plan = plan_curves(card)
-    curves = curves_of(plan, card, synthetic(plan, seed), partial(window_means, every=1))
+    curves = curves_of(plan, card, synthetic(plan, seed))
     for fault in (*UNSURE, BLURRED):
         before = [case.before for case in curves.of(fault)]
         strengths = [case.strengths[fault] for case in curves.of(fault)]
@@ -98,7 +97,7 @@ def test_figures_are_means_and_shares() -> None:
     values[:, 0] = [0.5, 0.05, 2.0]
     values[:, shifted, 0] = [0, 0, 0, 0, 0.6, 0.6]
     values[:, shifted, 1] = card.entropy_threshold * np.array([0, 0, 0, 0, 4.9, 5.2])
-    curves = curves_of(plan, card, values, partial(window_means, every=1))
+    curves = curves_of(plan, card, values)
     (case,) = curves.of("image_shift")
     assert case.suite
     assert case.before.iou == pytest.approx(0.2)
@@ -175,9 +174,13 @@ def test_the_number_of_processes_changes_no_figure(bag: Path, measured: Curves) 
 
 
 def test_the_nominal_figures_are_those_of_a_plain_measurement(bag: Path, measured: Curves) -> None:
-    plain = measure(load_model("lite"), frames_of_bag(bag), jobs=1)[Modality.DEPTH]
-    assert measured.nominal[Modality.DEPTH].iou == pytest.approx(float(plain.iou.mean()))
-    assert measured.nominal[Modality.DEPTH].entropy == pytest.approx(float(plain.entropy.mean()))
+    plain = measure(load_model("lite"), frames_of_bag(bag), range(5), jobs=1).per_image()
+    assert [figures.iou for figures in measured.nominal.values()] == pytest.approx(plain.tolist())
+    segmenter = Segmenter(load_model("lite"))
+    with read_bag(bag) as reader:
+        frames = [reader.frame(index) for index in range(5)]
+    entropies = [segmenter.segment(Modality.DEPTH, frame.rgb, frame.depth).entropy for frame in frames]
+    assert measured.nominal[Modality.DEPTH].entropy == pytest.approx(float(np.mean(entropies)))
     assert measured.frames == 5
 
 

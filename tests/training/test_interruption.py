@@ -29,7 +29,8 @@ import onnx
 import torch._dynamo
 
 from sunset.cli._main import _interrupt
-from sunset.training import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig, stage, train_on
+from sunset.training import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig, stage
+from sunset.training.run import train_on
 
 SHAPE = LiteShape(16, (16, 16, 16), (1, 1, 1), pyramid=16, rates=(2,), skips=(16, 16), decoder=16)
 SCHEDULE = Schedule(phases=(Phase(6, 2),), warm_up=2, log_every=4, validate_every=4)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sunset.perception import Modality
+from sunset.perception import Modality, ModelCard
 from sunset.training import MODALITIES, FrameSets, LiteShape, ReferenceShape, TrainingConfig
 
 pytestmark = pytest.mark.thorough
@@ -51,6 +51,9 @@ def learned(config: TrainingConfig, sets: FrameSets) -> tuple[Any, dict[str, Any
     return modules, results
 
 
+CARD = {"name": "tiny", "description": "random", "architecture": "random"}
+
+
 def networks(config: TrainingConfig, modules: Any) -> dict[Modality, Network]:
     weights = folded_weights(config.plan(MODALITIES), modules)
     return {modality: Network(config.layers(modality.key), weights, 1.5) for modality in Modality}
@@ -70,7 +73,8 @@ def test_onnx_runtime_computes_what_torch_computes(
 ) -> None:
     config = TrainingConfig(shape=SHAPES[architecture])
     modules, results = learned(config, sets)
-    cards = export(tmp_path, networks(config, modules), Format())
+    export(tmp_path, networks(config, modules), Format(), CARD)
+    cards = ModelCard.read(tmp_path / "card.json").networks
     for modality in Modality:
         for index in range(FRAMES):
             logits, labels, entropy = run(tmp_path / cards[modality].file, modality, sets, index)
@@ -87,7 +91,8 @@ def test_networks_in_8_bits_do_about_what_exact_ones_do(sets: FrameSets, tmp_pat
     config = TrainingConfig(shape=SHAPES["reference"])
     modules, results = learned(config, sets)
     limits = ranges(config.plan(("rgb", "depth")), modules, sets.test)
-    cards = export(tmp_path, networks(config, modules), Format(ranges=limits))
+    export(tmp_path, networks(config, modules), Format(ranges=limits), CARD)
+    cards = ModelCard.read(tmp_path / "card.json").networks
     for modality in Modality:
         logits, _, _ = run(tmp_path / cards[modality].file, modality, sets, 0)
         expected = results[f"{modality.key}.logits"][0:1].numpy()
@@ -101,7 +106,8 @@ def test_networks_in_8_bits_do_about_what_exact_ones_do(sets: FrameSets, tmp_pat
 def test_what_the_fusion_shares_with_its_branches_is_stored_once(sets: FrameSets, tmp_path: Path) -> None:
     config = TrainingConfig(shape=SHAPES["reference"])
     modules, _ = learned(config, sets)
-    cards = export(tmp_path, networks(config, modules), Format())
+    export(tmp_path, networks(config, modules), Format(), CARD)
+    cards = ModelCard.read(tmp_path / "card.json").networks
     assert list(cards[Modality.RGB].data) == ["rgb.bin"]
     assert list(cards[Modality.DEPTH].data) == ["depth.bin"]
     assert list(cards[Modality.FUSION].data) == ["depth.bin", "rgb.bin"]
@@ -126,7 +132,8 @@ def test_weights_are_stored_by_content(tmp_path: Path) -> None:
 def test_frames_of_another_size_are_taken_too(sets: FrameSets, tmp_path: Path) -> None:
     config = TrainingConfig(shape=SHAPES["reference"])
     modules, _ = learned(config, sets)
-    cards = export(tmp_path, networks(config, modules), Format(size=(72, 128), published_depth=True))
+    export(tmp_path, networks(config, modules), Format(size=(72, 128), published_depth=True), CARD)
+    cards = ModelCard.read(tmp_path / "card.json").networks
     session = onnxruntime.InferenceSession(tmp_path / cards[Modality.DEPTH].file)
     depth = sets.test.depth[0, :72, :128]
     (logits,) = session.run(["logits"], {"depth": depth})

@@ -1,13 +1,12 @@
 import subprocess
 import sys
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from sunset.calibration import plan_curves, window_means
+from sunset.calibration import plan_curves
 from sunset.errors import OutputError
 from sunset.perception import Modality, load_model
 from sunset.training.curves import Curves, curves_of
@@ -23,7 +22,7 @@ def curves(*modalities: Modality) -> Curves:
     card = replace(card, networks={modality: card.networks[modality] for modality in modalities})
     plan = plan_curves(card)
     values = np.random.default_rng(3).uniform(0.1, 0.9, (8, len(plan.conditions()), 3))
-    return curves_of(plan, card, values, partial(window_means, every=1))
+    return curves_of(plan, card, values)
 
 
 def test_the_same_curves_are_drawn_with_the_same_bytes(tmp_path: Path) -> None:

@@ -20,8 +20,6 @@ from sunset.training import (
     ReferenceShape,
     Schedule,
     TrainingConfig,
-    train,
-    train_on,
 )
 from sunset.training.batches import class_weights
 
@@ -38,6 +36,7 @@ from sunset.training.network import (  # noqa: E402
     start_from_the_sum,
     upsample,
 )
+from sunset.training.run import train, train_on  # noqa: E402
 
 torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
 
@@ -215,7 +214,7 @@ def test_a_training_does_not_start_from_a_file_that_is_no_network(tmp_path: Path
     network = replace(card.networks[Modality.DEPTH], sha256=digest)
     replace(card, networks={Modality.DEPTH: network}).write(folder)
     config = replace(TINY, modalities=("depth",))
-    with pytest.raises(ModelError, match=r"depth\.onnx is no ONNX model"):
+    with pytest.raises(ModelError, match=r"depth\.onnx is not an ONNX model"):
         train(config, tmp_path / "out", work=tmp_path / "work", start=load_model(folder))
     assert not (tmp_path / "out").exists()
 
@@ -336,7 +335,7 @@ def test_a_damaged_checkpoint_is_named(small: FrameSets, tmp_path: Path) -> None
     flipped = whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
     for content in (b"", whole[:1000], whole[:-1000], b"PK" + whole[2:5000], flipped):
         checkpoint.write_bytes(content)
-        with pytest.raises(DataError, match=r"checkpoint\.pt is damaged: delete it, and train anew\."):
+        with pytest.raises(DataError, match=r"checkpoint\.pt is damaged: delete it, and train again\."):
             learn(config, small.train, small.validation, tmp_path, resume=True)
     torch.save({"modules": {}}, checkpoint)
     with pytest.raises(DataError, match="'config'"):
@@ -376,11 +375,6 @@ def test_a_training_that_diverges_ends(sets: FrameSets, tmp_path: Path) -> None:
         b'{"step": 1, "x}',
         b'{"step": "x"}',
         b'{"step": 1, "\xff": 1}',
-        b'{"step": 1, "depth": 1}',
-        b'{"step": 1, "seconds": 1}',
-        b'{"step": 1, "seconds": 1, "depth": NaN}',
-        b'{"step": 1, "seconds": 1, "depth": 1, "iou": "none"}',
-        b'{"step": 1, "seconds": 1, "depth": 1, "more": 1}\n{"step": 1, "seconds": 1, "depth": 1}',
     ],
 )
 def test_a_damaged_log_is_named(line: bytes, small: FrameSets, tmp_path: Path) -> None:
@@ -414,12 +408,7 @@ def test_a_folder_that_cannot_be_written_is_named(sets: FrameSets, tmp_path: Pat
 
 
 def test_without_torch_the_extra_is_named() -> None:
-    program = (
-        "import sys; sys.modules['torch'] = None\n"
-        "from pathlib import Path\n"
-        "from sunset.training import TrainingConfig, train\n"
-        "train(TrainingConfig(), Path('out'), work=Path('work'))\n"
-    )
+    program = "import sys; sys.modules['torch'] = None; import sunset; sunset.train_model('lite', 'out')"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "MissingExtraError: Training needs torch, not installed: pip install" in done.stderr

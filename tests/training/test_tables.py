@@ -15,7 +15,8 @@ from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError
 from sunset.metrics import ClassCounts, accumulated_iou, count_classes, image_iou
 from sunset.perception import Modality, Model, load_model
-from sunset.training.tables import AXES, VIEWS, Entry, IouTables, Measured, measure_iou, settings
+from sunset.training.evaluate import Measured
+from sunset.training.tables import AXES, VIEWS, Entry, IouTables, measure_iou, settings
 from sunset.training.tables_text import claims, iou_csv, iou_json, iou_markdown
 
 pytestmark = pytest.mark.thorough

@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from sunset.errors import DataError, OutputError
-from sunset.training import draw_log
+from sunset.errors import OutputError
+from sunset.training.plots import draw_log
 
 pytest.importorskip("matplotlib")
 
@@ -32,18 +32,3 @@ def test_a_log_becomes_a_figure(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["log.jsonl", "log.png"]
     with pytest.raises(OutputError, match=r"The figure .* cannot be written: No such file"):
         draw_log(log, tmp_path / "missing" / "log.png")
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [("", "must have lines with a step"), ("{", "a line is not JSON"), ("[]\n", "a step")],
-)
-def test_a_file_that_is_no_log_is_refused(text: str, sentence: str, tmp_path: Path) -> None:
-    (tmp_path / "log.jsonl").write_text(text, encoding="utf-8")
-    with pytest.raises(DataError, match=sentence):
-        draw_log(tmp_path / "log.jsonl", tmp_path / "log.png")
-
-
-def test_a_log_that_is_missing_is_named(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match=r"none\.jsonl cannot be read: No such file"):
-        draw_log(tmp_path / "none.jsonl", tmp_path / "log.png")

@@ -49,7 +49,7 @@ def draw_fault_picture(name: str, file: Path, settings: Settings, frame: int | N
     check_figure(file)
     fault = get_fault(name)
     if fault.effect is not None:
-        from sunset.training.fault_picture import fault_views, views_figure  # noqa: PLC0415  takes long to import
+        from sunset.api.frame_pictures import fault_views, views_figure  # noqa: PLC0415  takes long to import
 
         model = load_model(settings.model)
         views = fault_views(name, model, settings.bag or default_flight(), frame)

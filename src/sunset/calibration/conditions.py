@@ -1,9 +1,8 @@
-"""Conditions: what faults and adaptations make of a frame before it is segmented, and which are measured."""
+"""Conditions: the faults and adaptations through which a frame passes before it is segmented."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -24,36 +23,31 @@ from sunset.system import (
 )
 
 ENTROPY: Final = ENTROPY_SIGNAL.name
-"""The signal of a fault that makes the segmentation unsure."""
+"""The signal of faults that make the segmentation unsure."""
 
 SHARPNESS: Final = SHARPNESS_SIGNAL.name
-"""The signal of a fault that blurs the camera's images."""
-
-_NETWORKS: Final[Mapping[tuple[str, str, object], Modality]] = MappingProxyType(
-    {("sensor_fusion", "modality", modality): modality for modality in Modality}
-)
-"""Node, parameter and value → the network that segments then."""
+"""The signal of faults that blur the camera's images."""
 
 
 def effects() -> Mapping[str, Effect]:
-    """Return what faults do to images, by fault, of all of which that is known."""
+    """Return the known effects of faults on images, by fault."""
     faults = current_system().faults.values()
     return {fault.name: fault.effect for fault in faults if fault.effect is not None}
 
 
 def signal_of(fault: str) -> str:
-    """Return the name of the signal that a fault shows in."""
+    """Return the name of a fault's signal."""
     return current_system().failures[get_fault(fault).failure].signal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
-    """What is left of a frame when it reaches the segmentation.
+    """A frame as the segmentation receives it.
 
     Attributes:
-        bgr: (H, W, 3) uint8, as the fusion passes it on.
+        bgr: (H, W, 3) uint8.
         depth: (H, W) uint16.
-        sharpness: of the camera's image, where the camera measures it: before enhancement and fusion.
+        sharpness: of the camera's image, before enhancement and fusion.
     """
 
     bgr: npt.NDArray[np.uint8]
@@ -63,12 +57,12 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """The network that segments, and what happens to its images before.
+    """The network that segments, and the state of its images.
 
     Attributes:
         modality: the network.
-        strengths: (fault, strength) of the faults that there are, in the order of the catalogue.
-        restored: those of them that are there still after their cure, which restores the images.
+        strengths: (fault, strength) of the faults, in the order of the catalogue.
+        restored: faults whose cure restores the images while the fault persists.
     """
 
     modality: Modality
@@ -77,16 +71,17 @@ class Condition:
 
     def with_faults(self, strengths: Mapping[str, float]) -> "Condition":
         """Return the condition with faults added, each at a strength."""
-        there = {**dict(self.strengths), **strengths}
+        merged = {**dict(self.strengths), **strengths}
         return replace(
-            self, strengths=tuple((fault, there[fault]) for fault in effects() if there.get(fault))
+            self, strengths=tuple((fault, merged[fault]) for fault in effects() if merged.get(fault))
         )
 
     def cured_of(self, fault: str) -> "Condition":
-        """Return the condition after the cheapest cure that the catalogue has for a fault."""
+        """Return the condition after the cheapest cure of a fault."""
         modality, known = self.modality, effects()
         for step in cure_of(fault):
-            modality = _NETWORKS.get((step.node, step.parameter, step.value), modality)
+            if (step.node, step.parameter) == ("sensor_fusion", "modality") and isinstance(step.value, int):
+                modality = Modality(step.value)
         restores = known[fault].restore is not None
         left = tuple(
             (name, strength)
@@ -99,13 +94,7 @@ class Condition:
     def seen(
         self, bgr: npt.NDArray[np.uint8], depth: npt.NDArray[np.uint16], rng: np.random.Generator
     ) -> Seen:
-        """Take a frame through the pipeline, as the nodes do.
-
-        Args:
-            bgr: (H, W, 3).
-            depth: (H, W).
-            rng: draws the random numbers of faults.
-        """
+        """Pass a frame, `bgr` (H, W, 3) and `depth` (H, W), through the pipeline; `rng` draws the noise of faults."""
         images: dict[str, Pixels] = {"camera": bgr, "depth": depth}
         system, known = current_system(), effects()
         camera = system.signals[SHARPNESS].node
@@ -126,21 +115,17 @@ class Condition:
 
 
 def is_seen(effect: Effect, modality: Modality) -> bool:
-    """Return whether a network looks at the images that a fault degrades."""
+    """Return whether a network takes the images that a fault degrades."""
     return modality.needs_depth if effect.sensor == "depth" else modality.needs_rgb
 
 
 def _apply(
     fault: str, function: ImageFunction, strength: float, images: dict[str, Pixels], rng: np.random.Generator
 ) -> None:
-    """Replace the image of a sensor by what a function of a fault's effect makes of it.
-
-    Raises:
-        ExtensionError: the function raises, or returns no image of the same kind.
-    """
+    """Apply a function of a fault's effect to the image of its sensor."""
     effect = effects()[fault]
     image = images[effect.sensor].view()
-    image.flags.writeable = False  # it is looked at in other conditions, too
+    image.flags.writeable = False  # other conditions use it, too
     try:
         changed = current_system().image_function(function)(
             image, strength, *([rng] if effect.random else [])
@@ -164,7 +149,7 @@ def cure_of(fault: str) -> tuple[Adaptation, ...]:
 
 
 def possible_pairs() -> tuple[tuple[str, str], ...]:
-    """Return the pairs of faults that degrade images and can be there together.
+    """Return the pairs of faults that degrade images and do not exclude each other.
 
     >>> len(possible_pairs())
     9
@@ -177,15 +162,15 @@ def suite_strengths(other: Mapping[str, float] | None = None) -> dict[str, float
     """Return the strength in the suites of every fault that degrades images.
 
     Args:
-        other: strengths to take instead, by fault. A fault that has the strength of another has it here, too.
-
-    Raises:
-        InvalidInputError: a name is no such fault, or its strength is out of range.
+        other: strengths in place of them, by fault. They also apply to faults that share a strength.
 
     >>> suite_strengths({"image_degradation": 0.5})["unneeded_enhancement"]
     0.5
     """
-    own = {name: _suite_strength(name, effect) for name, effect in effects().items()}
+    own: dict[str, float | str] = {
+        name: float(get_fault(name).value) if effect.suite is None else effect.suite
+        for name, effect in effects().items()
+    }
     strengths = {name: strength for name, strength in own.items() if not isinstance(strength, str)}
     for name, strength in (other or {}).items():
         if name not in strengths:
@@ -198,12 +183,6 @@ def suite_strengths(other: Mapping[str, float] | None = None) -> dict[str, float
         name: strengths[strength] if isinstance(strength, str) else strengths[name]
         for name, strength in own.items()
     }
-
-
-def _suite_strength(fault: str, effect: Effect) -> float | str:
-    if effect.suite is not None:
-        return effect.suite
-    return float(get_fault(fault).value)
 
 
 def _checked(fault: str, strength: float) -> float:
@@ -220,10 +199,10 @@ def _checked(fault: str, strength: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class CurvesPlan:
-    """Which conditions are measured.
+    """The conditions to measure.
 
     Attributes:
-        networks: of the model; the first flies.
+        networks: of the model; runs begin with the first.
         points: (fault, strength), by fault and strength.
         pairs: of faults.
         strengths: of the suites, by fault.
@@ -235,13 +214,13 @@ class CurvesPlan:
     strengths: Mapping[str, float]
 
     def before(self, *faults: str, strength: float | None = None) -> Condition:
-        """Return the condition with faults, at suite strength unless a strength is given."""
+        """Return the condition with faults, at suite strength by default."""
         return Condition(self.networks[0]).with_faults(
             {fault: self.strengths[fault] if strength is None else strength for fault in faults}
         )
 
     def after(self, fault: str, strength: float) -> Condition | None:
-        """Return the condition after the cure, or None if the model lacks the network that it needs."""
+        """Return the condition after the cure; None if the model lacks the cure's network."""
         cured = self.before(fault, strength=strength).cured_of(fault)
         return cured if cured.modality in self.networks else None
 
@@ -259,15 +238,9 @@ def plan_curves(
     strengths: Mapping[str, float] | None = None,
     grid: Mapping[str, Sequence[float]] | None = None,
 ) -> CurvesPlan:
-    """Plan what is measured of a model: the faults that its main network can see.
+    """Plan the measurement of a model with the faults that its first network can see.
 
-    Args:
-        card: the model's.
-        strengths: to take for the suites' instead, by fault.
-        grid: further strengths, by fault; those of the catalogue if None.
-
-    Raises:
-        InvalidInputError: a strength is out of range.
+    `strengths` replace the suites', by fault. `grid` has further strengths, by fault; None for the catalogue's.
     """
     networks = tuple(sorted(card.networks))
     suite = suite_strengths(strengths)

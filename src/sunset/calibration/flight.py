@@ -1,13 +1,13 @@
-"""What a model makes of a flight: which thresholds hold there, and how well they tell healthy frames from faulty ones.
+"""The thresholds of a model on a flight, and how well they separate healthy from faulty frames.
 
-An entropy that is high on one flight is usual on another, so that thresholds belong to a model and a flight. They are
-measured when the flight is first used with the model, and kept beside the flights in the cache folder.
+An entropy that is high on one flight is usual on another; thresholds therefore belong to a model and a flight. They are
+measured when a flight is first used with a model, and kept beside the flights in the cache folder.
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Annotated, Final
@@ -18,15 +18,18 @@ from msgspec import Meta
 
 from sunset import __version__
 from sunset.calibration.conditions import Condition, CurvesPlan, plan_curves
-from sunset.calibration.separation import (
+from sunset.calibration.thresholds import (
     SAMPLES,
-    Separation,
+    Means,
     Values,
     chosen_frames,
+    healthy_conditions,
+    part_entropy,
+    part_sharpness,
     roc_auc,
+    unsure_faults,
     window_means,
 )
-from sunset.calibration.thresholds import healthy_conditions, part_entropy, part_sharpness, unsure_faults
 from sunset.data import (
     DEFAULT_FLIGHT,
     BagReader,
@@ -45,35 +48,36 @@ from sunset.texts import listed
 from sunset.workers import Progress, spread
 
 AUC: Final = 0.95
-"""The least AUC of the entropy at which a fault is told from healthy operation."""
+"""The least AUC of the entropy for a detectable fault."""
 OVER: Final = 0.02
-"""The largest share of healthy windows, of each network, that the threshold lets lie over it."""
+"""The largest share of each network's healthy windows above the threshold."""
 MISSED: Final = 0.05
-"""The largest share of the windows with a fault that should not lie over the threshold."""
+"""The largest acceptable share of windows with a fault that are not above the threshold."""
 CURED: Final = 0.95
-"""The least share of the windows after a fault's cure that should not lie over the threshold."""
+"""The least acceptable share of windows after a cure that are not above the threshold."""
 
 OF_CARD: Final = "thresholds of the card"
-"""The key in `made_of` of thresholds that are the card's and were not measured on the flight."""
+"""The key in `made_of` for thresholds of the card, not of the flight."""
 
 _METHOD: Final = 1
-"""Grows whenever a threshold would be another one."""
+"""Increased whenever thresholds would change."""
 _EVERY: Final = 4
-"""Of so many groups of frames one is looked at with each fault; without one, all are."""
+"""With faults, a group of frames in so many is used; without faults, all groups."""
+_Opening = Callable[[], tuple[Segmenter, BagReader]]
 _Share = Annotated[float, Meta(ge=0, le=1)]
 
 
 class FlightThresholds(msgspec.Struct, frozen=True, kw_only=True):
-    """The thresholds of a model on a flight, and how well they do. A window is five consecutive frames.
+    """The thresholds of a model on a flight, and their quality. A window is five consecutive frames.
 
     Attributes:
         entropy_threshold: F4 holds above it.
         sharpness_threshold: F5 holds below it.
-        over: network → share of the windows without a fault whose entropy is over the threshold.
-        auc: fault → chance that a window's entropy with it exceeds one without a fault.
-        missed: fault → share of the windows with it whose entropy is not over the threshold.
-        cured: fault → share of the windows after its cheapest cure whose entropy is not over the threshold.
-        made_of: what they were measured with: checksums by name.
+        over: network → share of the windows without a fault with an entropy above the threshold.
+        auc: fault → chance that a window's entropy exceeds the entropy of a window without a fault.
+        missed: fault → share of the windows with an entropy not above the threshold.
+        cured: fault → share of the windows after its cheapest cure with an entropy not above the threshold.
+        made_of: the checksums of everything that they depend on, by name.
     """
 
     entropy_threshold: Annotated[float, Meta(ge=0, le=1)]
@@ -85,28 +89,28 @@ class FlightThresholds(msgspec.Struct, frozen=True, kw_only=True):
     made_of: dict[str, str]
 
     def shortfalls(self) -> tuple[str, ...]:
-        """Return in words what should be otherwise; nothing if healthy frames can be told from faulty ones."""
+        """Return the reasons why healthy and faulty frames cannot be separated, in words."""
+        over = (
+            (share, f"{share:.0%} of the windows of {name} are over it") for name, share in self.over.items()
+        )
+        low = ((auc, f"the AUC of {fault} is {auc:.2f}") for fault, auc in self.auc.items())
+        missed = (
+            (share, f"{share:.0%} of the windows with {fault} are not over it")
+            for fault, share in self.missed.items()
+        )
+        cured = (
+            (share, f"{1 - share:.0%} of the windows after the cure of {fault} are over it")
+            for fault, share in self.cured.items()
+        )
         return (
-            *(
-                f"{value:.0%} of the windows of {name} are over it"
-                for name, value in self.over.items()
-                if value > OVER
-            ),
-            *(f"the AUC of {fault} is {value:.2f}" for fault, value in self.auc.items() if value < AUC),
-            *(
-                f"{value:.0%} of the windows with {fault} are not over it"
-                for fault, value in self.missed.items()
-                if value > MISSED
-            ),
-            *(
-                f"{1 - value:.0%} of the windows after the cure of {fault} are over it"
-                for fault, value in self.cured.items()
-                if value < CURED
-            ),
+            *(text for share, text in over if share > OVER),
+            *(text for auc, text in low if auc < AUC),
+            *(text for share, text in missed if share > MISSED),
+            *(text for share, text in cured if share < CURED),
         )
 
     def warning(self, model: str) -> str:
-        """Return what a reader of runs must know, in one sentence; empty if healthy frames can be told from others."""
+        """Return a sentence about the shortfalls; empty without any."""
         shortfalls = self.shortfalls()
         if not shortfalls:
             return ""
@@ -114,23 +118,6 @@ class FlightThresholds(msgspec.Struct, frozen=True, kw_only=True):
             "No threshold of the entropy tells healthy frames of this flight from all faulty ones with the model "
             f"{model}: {listed(shortfalls)}."
         )
-
-
-@dataclass(frozen=True, slots=True)
-class _Place:
-    """Where a process finds what it looks at, and with what it looks.
-
-    Attributes:
-        model: its folder.
-        device: that the networks run on.
-        bag: its path.
-        cache: the file of the inference cache; None for none, and for thresholds that are not kept.
-    """
-
-    model: Path
-    device: str
-    bag: Path
-    cache: Path | None
 
 
 def fit_to_flight(
@@ -142,24 +129,19 @@ def fit_to_flight(
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> tuple[Model, FlightThresholds | None]:
-    """Return a model whose card has the thresholds that hold on a flight, and how well they do.
+    """Return a model with the thresholds of a flight, and their quality; the arguments are as in `flight_thresholds`.
 
-    On the default flight the card's own hold; how well they do is not measured then, and None. The arguments are those
-    of `flight_thresholds`.
-
-    Raises:
-        DataError: the bag cannot be read.
-        OutputError: the cache folder cannot be written.
+    On the default flight the card's thresholds hold; their quality is not measured, and None.
     """
     if _is_default(model.card, bag):
         return model, None
-    found = flight_thresholds(model, bag, device=device, cache=cache, jobs=jobs, progress=progress)
+    thresholds = flight_thresholds(model, bag, device=device, cache=cache, jobs=jobs, progress=progress)
     card = replace(
         model.card,
-        entropy_threshold=found.entropy_threshold,
-        sharpness_threshold=found.sharpness_threshold,
+        entropy_threshold=thresholds.entropy_threshold,
+        sharpness_threshold=thresholds.sharpness_threshold,
     )
-    return replace(model, card=card), found
+    return replace(model, card=card), thresholds
 
 
 def flight_thresholds(
@@ -171,22 +153,18 @@ def flight_thresholds(
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> FlightThresholds:
-    """Return the thresholds of a model on a flight, measured on first use and kept, if a cache is used.
+    """Return the thresholds of a model on a flight, measured on first use and kept if a cache is used.
 
-    On the default flight they are the card's, which were chosen on flights like it. To measure them there, too, would
-    change every figure that was published for this flight.
+    On the default flight they are the card's, which were chosen on similar flights; other thresholds would change every
+    published figure of this flight.
 
     Args:
-        model: what segments.
+        model: the model.
         bag: the frames, in the model's size.
-        device: what the networks run on, as a `Segmenter` takes it.
-        cache: the file of the inference cache; None for none, and for thresholds that are not kept.
-        jobs: processes; as many as there are processors if None. It has no influence on the result.
-        progress: called with frames done and frames in all.
-
-    Raises:
-        DataError: the bag cannot be read.
-        OutputError: the cache folder cannot be written.
+        device: as a `Segmenter` takes it.
+        cache: the file of the inference cache; None for none, and to keep no thresholds.
+        jobs: processes; as many as there are processors if None. The result does not depend on it.
+        progress: called with (frames done, frames in all).
     """
     plan = plan_curves(model.card, grid={})
     made_of = _made_of(model.card, plan, bag_checksum(bag.path), device)
@@ -196,19 +174,22 @@ def flight_thresholds(
     file = flights_folder() / f"thresholds-{name}.json"
     if (known := _kept(file)) is not None and known.made_of == made_of:
         return known
-    place = _Place(model.folder, device, bag.path, cache)
-    values = _look_at_all(place, plan, len(bag), jobs, progress)
-    found = _measured(plan, model.card, values, made_of)
-    if cache is None:
-        return found
+    opening = partial(_opened, model.folder, device, bag.path, cache)
+    values = _look_at_all(opening, plan, len(bag), jobs, progress)
+    thresholds = _thresholds(plan, model.card, values, made_of)
+    if cache is not None:
+        _keep(file, thresholds)
+    return thresholds
+
+
+def _keep(file: Path, thresholds: FlightThresholds) -> None:
     try:
         make_folder(file.parent)
-        write_text(file, document_text(found))
+        write_text(file, document_text(thresholds))
     except OutputError as error:
         raise OutputError(
             f"The thresholds of the flight cannot be kept in {file.parent}: set SUNSET_CACHE_DIR to another folder."
         ) from error
-    return found
 
 
 def _is_default(card: ModelCard, bag: BagReader) -> bool:
@@ -217,7 +198,7 @@ def _is_default(card: ModelCard, bag: BagReader) -> bool:
 
 
 def _made_of(card: ModelCard, plan: CurvesPlan, checksum: str, device: str) -> dict[str, str]:
-    """Return all that thresholds depend on."""
+    """Return everything that thresholds depend on."""
     networks = sorted(card.networks.items())
     return {
         "bag": checksum,
@@ -227,12 +208,12 @@ def _made_of(card: ModelCard, plan: CurvesPlan, checksum: str, device: str) -> d
         "version": __version__,
         "size": f"{card.width}x{card.height}",
         **{f"network {modality.key}": network.digest for modality, network in networks},
-        **{f"extension {one.name}": one.checksum for one in loaded_extensions()},
+        **{f"extension {extension.name}": extension.checksum for extension in loaded_extensions()},
     }
 
 
 def _kept(file: Path) -> FlightThresholds | None:
-    """Return what a file says; None if there is none, or it is damaged."""
+    """Return the content of a file; None if it is missing or damaged."""
     with suppress(DataError):
         content = read_json(file, "The file", DataError)
         return convert(content, FlightThresholds, str(file), DataError, remedy="remove it")
@@ -240,38 +221,38 @@ def _kept(file: Path) -> FlightThresholds | None:
 
 
 def _look_at_all(
-    place: _Place, plan: CurvesPlan, frames: int, jobs: int | None, progress: Progress | None
+    opening: _Opening, plan: CurvesPlan, frames: int, jobs: int | None, progress: Progress | None
 ) -> Values:
-    """Return entropy and sharpness (frames, conditions, 2); NaN where a frame is not looked at in a condition."""
+    """Return entropy and sharpness (frames, conditions, 2); NaN where a frame is not used in a condition."""
     healthy, conditions = set(healthy_conditions(plan)), _conditions(plan)
     every = _every(frames)
     sampled = set(chosen_frames(frames, every))
     few = tuple(condition if condition in healthy else None for condition in conditions)
     chosen = [(index, conditions if index in sampled else few) for index in range(frames)]
-    _opened.cache_clear()  # what the paths name may have changed since this process looked before
-    rows = spread(partial(_look, place, loaded_extensions()), chosen, jobs=jobs, progress=progress)
+    _opened.cache_clear()  # the files may have changed since this process opened them
+    rows = spread(partial(_look, opening, loaded_extensions()), chosen, jobs=jobs, progress=progress)
     return np.array(list(rows))
 
 
 def _every(frames: int) -> int:
-    """Return of how many groups of frames one is looked at with each fault."""
+    """Return the number of groups of frames of which a single group is used with each fault."""
     return _EVERY if frames >= _EVERY * SAMPLES else 1
 
 
 def _conditions(plan: CurvesPlan) -> tuple[Condition, ...]:
-    """Return all conditions that thresholds depend on, each once."""
+    """Return all conditions that thresholds depend on."""
     faults = (plan.before(fault) for fault, _ in plan.points)
     return tuple(dict.fromkeys((*healthy_conditions(plan), *faults)))
 
 
 def _look(
-    place: _Place, extensions: Sequence[LoadedExtension], chosen: tuple[int, Sequence[Condition | None]]
+    opening: _Opening, extensions: Sequence[LoadedExtension], chosen: tuple[int, Sequence[Condition | None]]
 ) -> Values:
-    """Return entropy and sharpness of one frame in each condition; the noise depends on the frame's number only."""
+    """Return entropy and sharpness of a frame in each condition; the noise depends on the frame's number only."""
     for extension in extensions:
         load_extension(extension.where, checksum=extension.checksum)
     index, conditions = chosen
-    segmenter, bag = _opened(place)
+    segmenter, bag = opening()
     frame = bag.frame(index)
     rows = []
     for condition in conditions:
@@ -284,52 +265,61 @@ def _look(
 
 
 @lru_cache(maxsize=1)
-def _opened(place: _Place) -> tuple[Segmenter, BagReader]:
-    """Return model and bag, opened once a process."""
-    model = load_model(place.model)
-    cache = None if place.cache is None else InferenceCache(place.cache)
-    size = (model.card.height, model.card.width)
-    return Segmenter(model, device=place.device, cache=cache), read_bag(place.bag, size=size)
+def _opened(folder: Path, device: str, path: Path, cache: Path | None) -> tuple[Segmenter, BagReader]:
+    """Return a model's segmenter and a bag, opened once in each process."""
+    model = load_model(folder)
+    answers = None if cache is None else InferenceCache(cache)
+    bag = read_bag(path, size=(model.card.height, model.card.width))
+    return Segmenter(model, device=device, cache=answers), bag
 
 
-def _measured(plan: CurvesPlan, card: ModelCard, values: Values, made_of: dict[str, str]) -> FlightThresholds:
-    """Return the thresholds, and how well they do.
+def _thresholds(
+    plan: CurvesPlan, card: ModelCard, values: Values, made_of: dict[str, str]
+) -> FlightThresholds:
+    """Return the thresholds and their quality.
 
-    The thresholds are the model's own on the default flight, and where all frames are alike and tell nothing.
+    They are the model's own on the default flight, and where all frames are alike.
     """
     places = {condition: place for place, condition in enumerate(_conditions(plan))}
     healthy = healthy_conditions(plan)
     every = _every(len(values))
 
     def means(column: int, condition: Condition) -> Values:
-        found = values[:, places[condition], column]
-        found = found[~np.isnan(found)]
-        if len(found) < SAMPLES:  # a bag that begins again and again
-            found = np.resize(found, SAMPLES)
-        return window_means(found, 1 if condition in healthy else every)
+        known = values[:, places[condition], column]
+        known = known[~np.isnan(known)]
+        if len(known) < SAMPLES:  # a short bag is repeated
+            known = np.resize(known, SAMPLES)
+        return window_means(known, 1 if condition in healthy else every)
 
     entropy, sharpness = partial(means, 0), partial(means, 1)
-    edges = Separation(card.entropy_threshold, 0, 0), Separation(card.sharpness_threshold, 0, 0)
-    threshold = card.entropy_threshold
+    edges = card.entropy_threshold, card.sharpness_threshold
     if OF_CARD not in made_of:
         with suppress(DataError):
-            edges = part_entropy(plan, entropy), part_sharpness(plan, sharpness)
-        least = max(float(np.quantile(entropy(one), 1 - OVER, method="higher")) for one in healthy)
-        threshold = max(edges[0].threshold, least)
-    nominal, unsure = entropy(healthy[0]), unsure_faults(plan)
-    cures = {fault: plan.after(fault, strength) for fault, strength in plan.points}
+            edges = part_entropy(plan, entropy).threshold, part_sharpness(plan, sharpness).threshold
+        least = max(float(np.quantile(entropy(each), 1 - OVER, method="higher")) for each in healthy)
+        edges = max(edges[0], least), edges[1]
     return FlightThresholds(
-        entropy_threshold=threshold,
-        sharpness_threshold=edges[1].threshold,
-        over={
+        entropy_threshold=edges[0],
+        sharpness_threshold=edges[1],
+        made_of=made_of,
+        **_quality(plan, entropy, edges[0]),
+    )
+
+
+def _quality(plan: CurvesPlan, entropy: Means, threshold: float) -> dict[str, dict[str, float]]:
+    """Return `over`, `auc`, `missed` and `cured` of a threshold."""
+    unsure = unsure_faults(plan)
+    nominal = entropy(Condition(plan.networks[0]))
+    cures = {fault: plan.after(fault, strength) for fault, strength in plan.points if fault in unsure}
+
+    def under(condition: Condition) -> float:
+        return float((entropy(condition) <= threshold).mean())
+
+    return {
+        "over": {
             network.key: float((entropy(Condition(network)) > threshold).mean()) for network in plan.networks
         },
-        auc={fault: roc_auc(nominal, entropy(plan.before(fault))) for fault in unsure},
-        missed={fault: float((entropy(plan.before(fault)) <= threshold).mean()) for fault in unsure},
-        cured={
-            fault: float((entropy(cure) <= threshold).mean())
-            for fault in unsure
-            if (cure := cures[fault]) is not None
-        },
-        made_of=made_of,
-    )
+        "auc": {fault: roc_auc(nominal, entropy(plan.before(fault))) for fault in unsure},
+        "missed": {fault: under(plan.before(fault)) for fault in unsure},
+        "cured": {fault: under(cure) for fault, cure in cures.items() if cure is not None},
+    }

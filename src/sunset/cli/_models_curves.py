@@ -16,9 +16,8 @@ from sunset.output_files import make_folder, write_text
 from sunset.perception import load_model
 from sunset.perception.severities import SEVERITIES_NAME
 from sunset.schemas import document_text
-from sunset.training.curves_text import as_csv, as_json, as_text
+from sunset.training.curves_text import as_csv, as_json, as_text, severity_table
 from sunset.training.plots import draw
-from sunset.training.severities import severity_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

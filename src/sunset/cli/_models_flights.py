@@ -7,11 +7,11 @@ from msgspec import to_builtins
 
 from sunset.api import measure_flights
 from sunset.api.options import chosen_flights
-from sunset.calibration import flights_text
 from sunset.cli._options import add_device_option
 from sunset.cli._progress import rendering_progress
 from sunset.flights import HELD_OUT
 from sunset.perception import load_model
+from sunset.training.flights_text import flights_text
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

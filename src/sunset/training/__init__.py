@@ -1,17 +1,16 @@
-"""Training: rendered frames become a model's weights, thresholds and card; never imported when flying.
+"""Training: from rendered frames to a model's weights, thresholds and card.
 
-It needs the `train` extra (torch and onnx), but can be imported without.
+Only `calibrate`, `importing` and `run`, and the modules below them, need the extra `train` (torch and onnx).
 """
 
+from importlib.util import find_spec
+
+from sunset.errors import MissingExtraError
 from sunset.training.batches import FrameSet
 from sunset.training.config import CONFIGS, MODALITIES, Phase, Schedule, TrainingConfig
-from sunset.training.frames import FrameCounts, FrameSets, render_sets
-from sunset.training.importing import import_checkpoints
+from sunset.training.frames import FrameCounts, FrameSets, frames_of_bag, render_sets, validation_flight
 from sunset.training.lite import LiteShape
-from sunset.training.recalibrate import calibrate_model, frames_of_bag
 from sunset.training.reference import ReferenceShape
-from sunset.training.run import train, train_on
-from sunset.training.training_log import draw_log
 
 __all__ = [
     "CONFIGS",
@@ -24,11 +23,21 @@ __all__ = [
     "ReferenceShape",
     "Schedule",
     "TrainingConfig",
-    "calibrate_model",
-    "draw_log",
+    "check_extra",
     "frames_of_bag",
-    "import_checkpoints",
     "render_sets",
-    "train",
-    "train_on",
+    "validation_flight",
 ]
+
+
+def check_extra(purpose: str, *packages: str) -> None:
+    """Check that packages of the extra `train` are installed.
+
+    Raises:
+        MissingExtraError: a package is missing.
+    """
+    missing = [name for name in packages if find_spec(name) is None]
+    if missing:
+        raise MissingExtraError(
+            f"{purpose} needs {' and '.join(missing)}, not installed: pip install 'sunset-exemplar[train]'."
+        )

@@ -1,10 +1,10 @@
-"""Networks as plain data: a plan of layers, run by torch in training and written as ONNX for inference.
+"""Networks as plain data: a plan of layers, which torch runs in training and ONNX Runtime in inference.
 
-A plan names every layer's result, and for layers with weights the torch modules that hold them. The same
-weights can be run by several plans: with strides instead of dilations, say, where a training begins.
+A plan names the result of every layer, and the torch modules that hold the weights. Several plans can run the same
+weights: for example, the first phase of a training uses strides in place of dilations.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, TypeAlias
@@ -14,13 +14,12 @@ from sunset.errors import InvalidInputError
 
 _CLASSES: Final = len(CLASSES)
 LEAST_WIDTH: Final = 16
-"""Below this many channels, torch 2.13's convolutions for CPUs were seen to write beyond their memory
-(1x1 kernels, stride 2)."""
+"""With fewer channels, torch 2.13's convolutions on CPUs (1x1 kernels, stride 2) wrote beyond their memory."""
 
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """Rows of a source, and those of a kernel that see them, without any padding; or columns."""
+    """Rows (or columns) of a source, and the rows of the kernel that see them without padding."""
 
     source: slice
     taps: slice
@@ -28,16 +27,16 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class Conv:
-    """A convolution, then normalisation, an addition, ReLU, and in training dropout; the last four if asked for.
+    """A convolution with optional normalisation, addition, ReLU and, in training, dropout, in this order.
 
     Attributes:
         name: names the result.
         source: the result that is convolved.
         channels: channels in, channels out.
         weights: the module of the kernel, and of the bias if there is no normalisation.
-        norm: the module of the batch normalisation, or none.
+        norm: the module of the batch normalisation; empty without normalisation.
         kernel: odd; the source is padded with zeros to keep its size.
-        add: a result that is added, of the same shape or of one pixel.
+        add: a result to add, of the same shape or of a single pixel.
         dropout: the share of values that training sets to 0.
     """
 
@@ -54,7 +53,7 @@ class Conv:
     dropout: float = 0.0
 
     def taps(self, size: int) -> slice:
-        """Return which rows of the kernel see more than padding in a source of so many rows; or columns.
+        """Return the rows of the kernel that see more than padding in a source of `size` rows; or columns.
 
         >>> Conv("y", "x", (8, 8), "w", dilation=24).taps(18)
         slice(1, 2, None)
@@ -64,11 +63,11 @@ class Conv:
         return slice(centre - reach, centre + reach + 1)
 
     def padding(self, size: int) -> int:
-        """Return how many rows of zeros those rows of the kernel need on each side; or columns."""
+        """Return the rows of zeros that `taps` needs on each side; or columns."""
         return self.dilation * (self.kernel // 2 - int(self.taps(size).start))
 
     def regions(self, size: int) -> tuple[Region, ...]:
-        """Return the regions of so many rows of a result, or columns, each of which sees its own rows of a 3x3 kernel.
+        """Return the regions of a result of `size` rows, each of which sees other rows of a 3x3 kernel; or columns.
 
         >>> regions = Conv("y", "x", (8, 8), "w", dilation=12).regions(18)
         >>> [(region.source.start, region.source.stop, region.taps.start, region.taps.stop) for region in regions]
@@ -82,16 +81,16 @@ class Conv:
         return tuple(regions)
 
     def worth_cutting(self, size: int) -> bool:
-        """Return whether computing the regions one by one saves an eighth of the products, or more."""
+        """Return whether computing the regions separately saves an eighth of the products, or more."""
         if self.taps(size) != slice(0, 3) or self.stride != 1 or self.add:
             return False
-        # two rows of the kernel miss as many rows as the dilation says
+        # two of the kernel's three rows miss as many rows as the dilation
         return 8 * 2 * self.dilation >= 3 * size
 
 
 @dataclass(frozen=True, slots=True)
 class MaxPool:
-    """The greatest of 3x3 pixels around every second one."""
+    """The maximum over 3x3 pixels with stride 2."""
 
     name: str
     source: str
@@ -99,7 +98,7 @@ class MaxPool:
 
 @dataclass(frozen=True, slots=True)
 class Pool:
-    """The mean over all pixels, one pixel large."""
+    """The mean over all pixels, as a single pixel."""
 
     name: str
     source: str
@@ -107,7 +106,7 @@ class Pool:
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """One pixel, repeated to the size of another result."""
+    """A single pixel, repeated to the size of another result."""
 
     name: str
     source: str
@@ -116,7 +115,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Resize:
-    """Bilinear interpolation by a whole factor, then ReLU if asked for."""
+    """Bilinear interpolation by a whole factor, with an optional ReLU."""
 
     name: str
     source: str
@@ -126,7 +125,7 @@ class Resize:
 
 @dataclass(frozen=True, slots=True)
 class Concat:
-    """Channels of several results, one behind the other."""
+    """The channels of several results."""
 
     name: str
     sources: tuple[str, ...]
@@ -134,7 +133,7 @@ class Concat:
 
 @dataclass(frozen=True, slots=True)
 class Shuffle:
-    """Every 2x2 channels become 2x2 pixels of one channel."""
+    """Each group of four channels as 2x2 pixels of one channel."""
 
     name: str
     source: str
@@ -144,11 +143,7 @@ Layer: TypeAlias = Conv | MaxPool | Pool | Spread | Resize | Concat | Shuffle
 
 
 def check_widths(*widths: int) -> None:
-    """Refuse widths that cannot be trained.
-
-    Raises:
-        InvalidInputError: one is less than `LEAST_WIDTH`.
-    """
+    """Refuse widths below `LEAST_WIDTH`."""
     if min(widths) < LEAST_WIDTH:
         raise InvalidInputError(
             f"A network must have at least {LEAST_WIDTH} channels everywhere, got {min(widths)}."
@@ -156,10 +151,10 @@ def check_widths(*widths: int) -> None:
 
 
 def merge(factor: int) -> tuple[Layer, ...]:
-    """Return the layers of late fusion: 1x1 convolutions 56 → 56 → 56 → 28 over both branches' logits.
+    """Return the layers of late fusion: 1x1 convolutions 56 → 56 → 56 → 28 over the logits of both branches.
 
-    The first is linear and interpolation is, too: interpolating what it gives, by a factor, instead of what it
-    takes gives the same, and takes less.
+    The first convolution is linear, like the interpolation by `factor`, so interpolating its result is the same as
+    interpolating its source, and faster.
     """
     wide = (2 * _CLASSES, 2 * _CLASSES)
     return (
@@ -172,16 +167,5 @@ def merge(factor: int) -> tuple[Layer, ...]:
 
 
 def convolutions(layers: Iterable[Layer]) -> Iterator[Conv]:
-    """Return the layers that have weights."""
+    """Return the layers with weights."""
     return (layer for layer in layers if isinstance(layer, Conv))
-
-
-def rounded(layers: Sequence[Layer]) -> set[str]:
-    """Return the names of the results that can do with 8 bits: all but a branch's logits and what comes after them."""
-    names = set()
-    for layer in layers:
-        if isinstance(layer, Conv) and layer.norm:
-            names |= {layer.name, f"{layer.name}.conv"} if layer.add else {layer.name}
-        elif isinstance(layer, MaxPool | Pool | Spread | Concat):
-            names.add(layer.name)
-    return names

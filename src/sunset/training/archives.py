@@ -1,4 +1,4 @@
-"""Files that torch writes are zip archives, whose checksums it does not look at when it reads them."""
+"""Checksums of the zip archives that torch writes; torch does not check them when it reads."""
 
 import zipfile
 import zlib
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def check_archive(path: Path, damaged: Exception) -> None:
-    """Raise `damaged` unless a file is a zip archive whose entries have the content that their checksums say."""
+    """Raise `damaged` unless a file is a zip archive whose entries match their checksums."""
     try:
         with zipfile.ZipFile(path) as archive:
             entry = archive.testzip()

@@ -1,4 +1,4 @@
-"""Batches of augmented frames, made on the device that learns from them, where all frames are."""
+"""Batches of augmented frames, computed on the device of the training."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -13,7 +13,7 @@ from sunset.training.batches import Draw, FrameSet
 from sunset.training.inputs import HEIGHT, WIDTH
 
 _SHIFT_PX: Final = ((2, 20), (0, 6))
-"""How far the colour camera's picture is moved in a misaligned pair, least and most: across, down."""
+"""Least and greatest movement of the colour picture in a misaligned pair: across, down."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class Batch:
         bgr: (N, 144, 256, 3) uint8.
         depth: (N, 144, 256) float32, counts.
         labels: (N, 144, 256) int64.
-        phase: the first row and column of the pixels, every second one, that the loss is taken on.
+        phase: the first row and column of the pixels, every second, on which the loss is computed.
     """
 
     bgr: Tensor
@@ -34,7 +34,7 @@ class Batch:
 
 
 class DeviceFrames:
-    """A set of frames on a device, in four times less memory than networks take them; the CPU uses its arrays."""
+    """A set of frames on a device, as integers, which take a fourth of the networks' inputs."""
 
     def __init__(self, frames: FrameSet, device: torch.device) -> None:
         self._device = device
@@ -48,13 +48,13 @@ class DeviceFrames:
         return len(self._bgr)
 
     def plain(self, indices: npt.NDArray[np.int64]) -> Batch:
-        """Return frames as they are."""
+        """Return frames without augmentation."""
         chosen = self._to_device(indices)
         depth = self._depth[chosen].int() & 0xFFFF  # the sign was the highest bit
         return Batch(self._bgr[chosen], depth.float(), self._labels[chosen].long(), (0, 0))
 
     def batch(self, draw: Draw) -> Batch:
-        """Return the batch that was drawn, without waiting for the device."""
+        """Return a drawn batch, without waiting for the device."""
         frames, gains = self.plain(draw.frames), self._to_device(draw.gains)
         size = [len(draw.frames), 1, HEIGHT, WIDTH]
         grid = functional.affine_grid(self._to_device(draw.transforms), size, align_corners=False)
@@ -69,7 +69,7 @@ class DeviceFrames:
 
 
 def movement(random: torch.Generator | None = None) -> tuple[int, int]:
-    """Draw how far the colour camera's picture is moved, across and down, from torch's numbers or given ones."""
+    """Draw a movement of the colour picture, across and down, from a generator; torch's own if None."""
     across, down = (
         int(torch.randint(least, most + 1, (), generator=random))
         * (1 - 2 * int(torch.randint(2, (), generator=random)))
@@ -79,5 +79,5 @@ def movement(random: torch.Generator | None = None) -> tuple[int, int]:
 
 
 def cells_of(distance: int, stride: int) -> int:
-    """Return a distance in cells, at least one unless it is none."""
+    """Return a distance in cells: at least 1, or 0 for the distance 0."""
     return int(np.sign(distance)) * max(round(abs(distance) / stride), 1)

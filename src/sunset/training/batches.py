@@ -1,9 +1,9 @@
-"""Sets of frames, and which of them a batch consists of."""
+"""Sets of frames, and the random choice of a batch from them."""
 
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Self
+from typing import Final, Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,10 @@ from sunset.training.inputs import HEIGHT, WIDTH
 _ARRAYS: Final = ("bgr", "depth", "labels")
 
 
+Images: TypeAlias = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]
+"""A frame: colours, depth and labels."""
+
+
 @dataclass(frozen=True, slots=True)
 class FrameSet:
     """Frames in arrays, in memory or mapped from files.
@@ -23,35 +27,24 @@ class FrameSet:
     Attributes:
         bgr: (N, H, W, 3) uint8.
         depth: (N, H, W) uint16.
-        labels: (N, H, W) uint8, class indices; `IGNORED` takes no part.
+        labels: (N, H, W) uint8, class indices, or `IGNORED`.
     """
 
     bgr: npt.NDArray[np.uint8]
     depth: npt.NDArray[np.uint16]
     labels: npt.NDArray[np.uint8]
 
-    def __post_init__(self) -> None:
-        frame = self.labels.shape
-        shapes = (self.bgr.shape, self.depth.shape, frame)
-        if len(frame) != 3 or shapes != ((*frame, 3), frame, frame):  # noqa: PLR2004  N, H, W
-            raise DataError(
-                "A set of frames consists of three arrays of shapes (N, H, W, 3), (N, H, W) and (N, H, W), got "
-                f"shapes {shapes}."
-            )
-
     @classmethod
     def blank(cls, count: int, height: int, width: int) -> Self:
-        """Return so many black frames; they take no memory."""
+        """Return black frames, which take no memory."""
         shape = (count, height, width)
         return cls(np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.uint16), np.zeros(shape, np.uint8))
 
     def __len__(self) -> int:
         return len(self.bgr)
 
-    def images(
-        self, index: int
-    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]:
-        """Return one frame: colours, depth and labels."""
+    def images(self, index: int) -> Images:
+        """Return a frame."""
         return np.asarray(self.bgr[index]), np.asarray(self.depth[index]), np.asarray(self.labels[index])
 
     def digest(self) -> str:
@@ -63,10 +56,10 @@ class FrameSet:
 
     @classmethod
     def load(cls, folder: Path) -> Self:
-        """Map the arrays of a folder; what is written into them stays in memory.
+        """Map the arrays of a folder; changes of them stay in memory.
 
         Raises:
-            DataError: they are missing or not arrays.
+            DataError: an array is missing or damaged.
         """
         try:
             bgr, depth, labels = (np.load(folder / f"{name}.npy", mmap_mode="c") for name in _ARRAYS)
@@ -81,7 +74,7 @@ class FrameSet:
             np.save(folder / f"{name}.npy", getattr(self, name))
 
     def write_into(self, folder: Path, place: int) -> None:
-        """Write the frames over those of a folder, from a place on; they are on the disk then."""
+        """Replace frames in the arrays of a folder, from the index `place` on, and flush them to the disk."""
         for name in _ARRAYS:
             array = np.load(folder / f"{name}.npy", mmap_mode="r+")
             array[place : place + len(self)] = getattr(self, name)
@@ -90,14 +83,14 @@ class FrameSet:
 
 @dataclass(frozen=True, slots=True)
 class Draw:
-    """What a batch is to consist of: which frames, what each is enlarged to, and how much brighter it becomes.
+    """The frames of a batch, and how they are augmented.
 
     Attributes:
         frames: (N,) int64, indices.
-        transforms: (N, 2, 3) float32, from a place in the picture to that in the frame which it shows; both have the
-            corners (-1, -1) and (1, 1), as torch's `affine_grid` takes it.
-        gains: (N,) float32, what colours are multiplied by.
-        phase: the first row and column of the pixels, every second one, that the loss is taken on.
+        transforms: (N, 2, 3) float32, from a place in the picture to the place in the frame that it shows, as torch's
+            `affine_grid` takes it: the corners of both are (-1, -1) and (1, 1).
+        gains: (N,) float32, factors of the colours.
+        phase: the first row and column of the pixels, every second, on which the loss is computed.
     """
 
     frames: npt.NDArray[np.int64]
@@ -107,14 +100,11 @@ class Draw:
 
 
 def draw(count: int, size: int, seed: int, number: int) -> Draw:
-    """Draw the batch of a number from so many frames.
+    """Draw a batch of `size` frames from `count`; it depends on the seed and the batch's number only.
 
-    Each frame is mirrored or not, cropped and enlarged by up to 1.3, and up to 10 % brighter or darker. Nothing here
-    resembles a fault (no strong darkening, noise, shift of one sensor, or blur): a network that has learned to shrug
-    off a fault would not show it.
-
-    A batch depends on the seed and its number only, so that a resumed run sees what an undisturbed one would have
-    seen.
+    Half of the frames are mirrored, half are cropped and enlarged by up to 1.3, and each is up to 10 % brighter or
+    darker. No augmentation resembles a fault (strong darkening, noise, a shift of one sensor, blur): a network that is
+    robust to a fault would not show it.
     """
     rng = generator(seed, "training", "batch", number)
     frames = rng.choice(count, size=size, replace=count < size)
@@ -136,14 +126,14 @@ def draw(count: int, size: int, seed: int, number: int) -> Draw:
 
 
 def _translation(size: int, scale: float, first: float) -> float:
-    """Return what is added to `scale` times a place from -1 to 1, so that the first pixel shows pixel `first`."""
+    """Return the offset, added to `scale` times a place from -1 to 1, with which pixel 0 shows pixel `first`."""
     return (2 * first + 1 - scale) / size - 1 + scale
 
 
 def class_weights(labels: npt.NDArray[np.uint8], limits: tuple[float, float]) -> npt.NDArray[np.float32]:
-    """Return a loss weight per class, (28,): 1/√share, 1 for the average pixel, within the limits.
+    """Return a loss weight for each class, (28,): 1/√share, scaled to 1 for the average pixel, within the limits.
 
-    A class that never occurs gets the least weight.
+    A class that never occurs has the least weight.
 
     >>> labels = np.zeros((1, 10, 10), dtype=np.uint8)
     >>> labels[0, 0, 0] = 1

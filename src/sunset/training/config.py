@@ -1,4 +1,4 @@
-"""What a training run is asked to do."""
+"""The configuration of a training: networks, schedule and seed."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -13,22 +13,22 @@ from sunset.training.lite import LiteShape
 from sunset.training.reference import ReferenceShape
 
 MODALITIES: Final = ("rgb", "depth", "fusion")
-"""The networks of a model; the fusion needs the other two."""
+"""The networks of a model; the fusion needs both others."""
 
 _MOST_STEPS: Final = 10**9
 
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """Consecutive steps of a kind.
+    """Consecutive steps with the same settings.
 
     Attributes:
         steps: optimiser steps.
         batch: frames a step.
-        output_stride: of the branches' logits; None for the networks' own. The same weights run several times
-            faster at a coarser one.
+        output_stride: of the branches' logits; None for the networks' own. The weights run several times faster at a
+            coarser stride.
         momentum: of batch normalisation's running statistics.
-        learning_rate: greatest, from which it falls anew; None for where it has come to.
+        learning_rate: the greatest, from which it falls again; None to continue.
     """
 
     steps: int
@@ -43,19 +43,18 @@ class Schedule:
     """How weights are learned.
 
     Attributes:
-        phases: one after the other.
-        learning_rate: greatest, of AdamW; falls to 0 along a cosine over the phases up to one that names its own.
+        phases: in order.
+        learning_rate: the greatest, of AdamW; falls to 0 along a cosine, until a phase has its own.
         weight_decay: of AdamW.
-        warm_up: steps during which the learning rate rises, at the beginning and wherever it falls anew.
-        class_weight_range: least and greatest weight of a class; weights are the inverse square root of the
-            class's share of pixels, so that small classes count, but are not seen where there are none.
-        misaligned_weight: of the fusion's loss on misaligned pairs, colour picture against depth picture; the
-            merging layers learn to be unsure where the two contradict each other.
+        warm_up: steps during which the learning rate rises, whenever it begins to fall.
+        class_weight_range: least and greatest weight of a class; the inverse square root of the class's share of
+            pixels, so that small classes count, but are not predicted everywhere.
+        misaligned_weight: of the fusion's loss on misaligned pairs of pictures; the merging layers learn to be unsure
+            where colour and depth contradict each other.
         misaligned_smoothing: share of a target there that is spread over all classes, in [0, 1].
-        distinct: steps after which the same batches come again, of which frozen branches' logits are kept; None
-            for never.
+        distinct: steps after which the batches repeat, so that the frozen branches' logits are kept; None for never.
         log_every: steps between lines of the log.
-        validate_every: steps between lines of the log that tell the IoU on held-out frames.
+        validate_every: steps between lines of the log with the IoU on held-out frames.
     """
 
     phases: tuple[Phase, ...] = (Phase(steps=4200, batch=16),)
@@ -69,17 +68,6 @@ class Schedule:
     log_every: int = 20
     validate_every: int = 400
 
-    def __post_init__(self) -> None:
-        if min(self.warm_up, self.log_every, self.validate_every) < 1:
-            raise InvalidInputError("A training's warm_up and its intervals must be of at least 1 step each.")
-        if not self.phases:
-            raise InvalidInputError("A training needs at least one step.")
-        for phase in self.phases:
-            if phase.steps < 1 or phase.batch < 1:
-                raise InvalidInputError(
-                    f"A training needs at least one step and one frame a step, got {phase.steps} and {phase.batch}."
-                )
-
     @property
     def steps(self) -> int:
         """Steps of all phases."""
@@ -91,7 +79,7 @@ class Schedule:
             if step < phase.steps:
                 return phase
             step -= phase.steps
-        raise InvalidInputError(f"The schedule has {self.steps} steps, there is no step {step + self.steps}.")
+        raise IndexError(step)
 
     def learning_rate_at(self, step: int) -> float:
         """Return the learning rate of a step."""
@@ -106,11 +94,7 @@ class Schedule:
         return risen * greatest * 0.5 * (1 + math.cos(math.pi * (step - begin) / (end - begin)))
 
     def with_steps(self, steps: int) -> "Schedule":
-        """Return the same schedule with so many steps in all; phases that are left with none are dropped.
-
-        Raises:
-            InvalidInputError: there would be none, or too many.
-        """
+        """Return the schedule with `steps` in all; a phase without steps is dropped."""
         if steps > _MOST_STEPS:
             raise InvalidInputError(f"A training takes at most {_MOST_STEPS} steps: ask for no more.")
         phases, old, new = [], 0, 0
@@ -123,20 +107,20 @@ class Schedule:
         return replace(self, phases=tuple(phases))
 
     def with_batch(self, frames: int) -> "Schedule":
-        """Return the same schedule with so many frames in every step."""
+        """Return the schedule with `frames` in every step."""
         return replace(self, phases=tuple(replace(phase, batch=frames) for phase in self.phases))
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """Weights that are learned at once.
+    """Networks that are learned together.
 
     Attributes:
         name: of the folder with its checkpoint and log.
         learned: the networks with a loss: "rgb", "depth", "fusion".
-        schedule: how.
-        frozen: branches that were learned before, and only run.
-        begun_with: the branch, learned before, whose weights the learned one begins with; None for random weights.
+        schedule: how they are learned.
+        frozen: branches learned before, which only run.
+        begun_with: the branch learned before, whose weights are the start; None for random weights.
     """
 
     name: str
@@ -148,21 +132,19 @@ class Stage:
 
 @dataclass(frozen=True, slots=True)
 class TrainingConfig:
-    """A training run.
+    """A training.
 
     Attributes:
         name: the model's.
-        modalities: the networks that are trained: "rgb", "depth" and, with both, "fusion".
-        seed: of everything that is drawn.
-        shape: what the networks are.
+        modalities: the networks: "rgb", "depth" and, with both, "fusion".
+        seed: of all random numbers.
+        shape: the networks' architecture.
         schedule: how weights are learned.
-        merging: how the late fusion is learned on branches that were learned one by one before; None: all
-            networks are learned at once.
-        further: how learned weights are learned further, all networks at once; None: in the same way.
-        logit_adjustment: share of the logarithm of the schedule's class weights that is taken off the logits when
-            all is learned (Menon et al., Long-tail learning via logit adjustment, ICLR 2021). The weights make a
-            small class learned, but then also seen where it is not: a loss weighted by w adds log w to its logits.
-        remark: what the card says of this run besides.
+        merging: how the late fusion is learned on finished branches; None to learn all networks together.
+        further: how a trained model is trained further, all networks together; None for `schedule`.
+        logit_adjustment: share of the logarithm of the class weights that is subtracted from the final logits (Menon et
+            al., Long-tail learning via logit adjustment, ICLR 2021). A loss weighted by w adds log w to the logits, so
+            a rare class would be predicted too often.
     """
 
     name: str = "lite"
@@ -173,21 +155,10 @@ class TrainingConfig:
     merging: Schedule | None = None
     further: Schedule | None = None
     logit_adjustment: float = 0.4
-    remark: str = ""
 
     def __post_init__(self) -> None:
         check_name(self.name)
         check_seed(self.seed)
-        unknown = sorted(set(self.modalities) - set(MODALITIES))
-        if unknown or not self.modalities:
-            raise InvalidInputError(
-                f"The modalities to train must be some of {', '.join(MODALITIES)}, got "
-                f"{', '.join(self.modalities) or 'none'}."
-            )
-        if "fusion" in self.modalities and len(set(self.modalities)) < len(MODALITIES):
-            raise InvalidInputError(
-                "The fusion is trained together with both branches: ask for all modalities."
-            )
 
     @property
     def branches(self) -> tuple[str, ...]:
@@ -195,10 +166,9 @@ class TrainingConfig:
         return tuple(name for name in MODALITIES if name in self.modalities and name != "fusion")
 
     def stages(self) -> tuple[Stage, ...]:
-        """Return what is learned, in order.
+        """Return the stages in order.
 
-        Of branches that are learned one by one, the second begins with the weights of the first: edges, surfaces and
-        what they make up look alike in colour and depth.
+        A second branch begins with the weights of the first: edges and surfaces look alike in colour and depth.
         """
         if self.merging is None:
             return (Stage("networks", self.modalities, self.schedule),)
@@ -210,26 +180,26 @@ class TrainingConfig:
         return tuple(stages)
 
     def started(self) -> "TrainingConfig":
-        """Return the run that learns on from learned weights."""
+        """Return the configuration for training a model further."""
         return self if self.further is None else replace(self, schedule=self.further, merging=None)
 
     def plan(self, networks: tuple[str, ...], output_stride: int | None = None) -> tuple[Layer, ...]:
-        """Return the layers of some networks: branches, and only the merging layers of the fusion."""
+        """Return the layers of networks; for the fusion, its merging layers only."""
         plans = [self.shape.branch(name, output_stride) for name in networks if name != "fusion"]
         if "fusion" in networks:
             plans.append(self.shape.merge())
         return tuple(layer for plan in plans for layer in plan)
 
     def layers(self, modality: str) -> tuple[Layer, ...]:
-        """Return the plan of one network."""
+        """Return all layers of a network."""
         return self.plan(MODALITIES if modality == "fusion" else (modality,))
 
     def with_steps(self, steps: int) -> "TrainingConfig":
-        """Return the same run with another number of steps; merging on learned branches keeps its own."""
+        """Return the configuration with another number of steps; the merging of finished branches keeps its own."""
         return replace(self, schedule=self.schedule.with_steps(steps))
 
     def with_batch(self, frames: int) -> "TrainingConfig":
-        """Return the same run with so many frames in every step; what fills an accelerator, for instance."""
+        """Return the configuration with `frames` in every step."""
         merging = self.merging and self.merging.with_batch(frames)
         return replace(self, schedule=self.schedule.with_batch(frames), merging=merging)
 
@@ -241,7 +211,7 @@ def _reference() -> TrainingConfig:
         schedule=Schedule(
             phases=(
                 Phase(6600, 8, output_stride=16),
-                Phase(800, 8, momentum=0.05, learning_rate=2e-4),  # other dilations are to be learned
+                Phase(800, 8, momentum=0.05, learning_rate=2e-4),  # with other dilations
                 Phase(100, 8, momentum=0.02),
             ),
             learning_rate=1e-3,
@@ -262,14 +232,11 @@ def _reference() -> TrainingConfig:
 
 
 CONFIGS: Final[Mapping[str, Callable[[], TrainingConfig]]] = {"lite": TrainingConfig, "reference": _reference}
-"""The trainings of the models that come with the package, by the model's name."""
+"""The configurations of the models of the package, by name."""
 
 
 def describe_options(config: TrainingConfig, stage: Stage, *, frames: str, origin: str) -> dict[str, str]:
-    """Return what a stage learns with, by the options of `sunset train` that say so.
-
-    `frames` is the checksum of its frames, and `origin` says from which weights it begins; empty for random ones.
-    """
+    """Return the settings of a stage by the options of `sunset train`; `origin` names the model that it starts from."""
     return {
         "--model": type(config.shape).__name__,
         "--modality": ", ".join(config.modalities),
@@ -282,7 +249,7 @@ def describe_options(config: TrainingConfig, stage: Stage, *, frames: str, origi
 
 
 def describe_difference(begun: Mapping[str, str], asked: Mapping[str, str]) -> str:
-    """Say in which options two trainings differ.
+    """Return the options in which two trainings differ.
 
     >>> describe_difference({"--steps": "300", "--seed": "1"}, {"--steps": "400", "--seed": "1"})
     '--steps (begun with 300, asked for 400)'
@@ -292,4 +259,4 @@ def describe_difference(begun: Mapping[str, str], asked: Mapping[str, str]) -> s
         for option, value in asked.items()
         if begun.get(option, value) != value
     ]
-    return " and ".join(differing) or "what this version does in place of an earlier one"
+    return " and ".join(differing) or "the version of SUNSET"

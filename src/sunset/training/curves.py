@@ -1,13 +1,11 @@
-"""Curves: what faults that degrade images do to the segmentation, by strength, and what their cures bring back."""
+"""Curves: IoU, entropy and sharpness with each fault that degrades images, by strength, and after its cure."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
 from sunset.calibration import (
     AUC,
@@ -15,6 +13,7 @@ from sunset.calibration import (
     SHARPNESS,
     Condition,
     CurvesPlan,
+    Values,
     chosen_frames,
     plan_curves,
     roc_auc,
@@ -27,37 +26,34 @@ from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device
 from sunset.seeding import generator
 from sunset.system import LoadedExtension, load_extension, loaded_extensions
-from sunset.training.over_frames import Images, over_frames
-from sunset.training.spread import Arrays
-from sunset.workers import Progress
+from sunset.training.batches import Images
+from sunset.training.over_frames import Arrays, LookOptions, over_frames
 
 BAND: Final = (0.5, 0.75)
 """A fault at suite strength should leave this share of the nominal IoU."""
 
 DROP: Final = 0.03
-"""The least that the IoU should fall by."""
+"""The least decrease of the IoU."""
 
 SHARPNESS_AUC: Final = 0.99
-"""The least AUC of the sharpness, of a fault that blurs."""
+"""The least AUC of the sharpness, for a fault that blurs."""
 
 CURED: Final = 0.02
-"""How far the IoU after the cure may be below that without a fault."""
-
-Values = npt.NDArray[np.float64]
+"""The most that the IoU after the cure may be below the IoU without a fault."""
 
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What was measured in one condition.
+    """The measurements in one condition. A window is five consecutive frames.
 
     Attributes:
         iou: mean over frames of the image's mean IoU over the classes in it.
         entropy: mean over frames.
-        auc: chance that the mean entropy of five frames exceeds one without a fault.
-        over: share of such means over the model's threshold.
-        sharpness: mean over frames of the camera image's.
-        sharpness_auc: chance that the mean sharpness of five frames is below one without a fault.
-        under: share of such means under the model's threshold.
+        auc: chance that a window's mean entropy exceeds the entropy of a window without a fault.
+        over: share of windows over the model's threshold.
+        sharpness: of the camera's image, mean over frames.
+        sharpness_auc: chance that a window's mean sharpness is below the sharpness of a window without a fault.
+        under: share of windows under the model's threshold.
     """
 
     iou: float
@@ -71,13 +67,13 @@ class Figures:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One fault at one strength, or several at once, before and after the cure.
+    """A fault at a strength, or several faults at once, before and after the cure.
 
     Attributes:
         strengths: by fault.
         suite: whether these are the strengths of the suites.
         before: with the faults.
-        after: after the cheapest cure; None where the model cannot, or where there are several faults.
+        after: after the cheapest cure; None where the model lacks its network, and for several faults.
         goal: the IoU without a fault of the network that segments after the cure.
     """
 
@@ -89,20 +85,16 @@ class Case:
 
     @property
     def name(self) -> str:
-        """The faults."""
+        """The names of the faults."""
         return " + ".join(self.strengths)
 
     def shortfalls(self, nominal: float) -> tuple[str, ...]:
-        """Return what is missing for one fault to be of a strength for suites, in words; nothing if it fits.
-
-        Args:
-            nominal: the IoU without a fault.
-        """
+        """Return the reasons why the strength does not fit the suites; `nominal` is the IoU without a fault."""
         low, high = BAND
         blurred = SHARPNESS in map(signal_of, self.strengths)
         auc, least = (self.before.sharpness_auc, SHARPNESS_AUC) if blurred else (self.before.auc, AUC)
         share = self.before.iou / nominal if nominal else 0.0
-        found = (
+        checks = (
             (share < low and not blurred, f"IoU only {share:.0%} of nominal"),
             (share > high and not blurred, f"IoU still {share:.0%} of nominal"),
             (nominal - self.before.iou < DROP, f"IoU falls by less than {DROP}"),
@@ -112,19 +104,19 @@ class Case:
                 f"IoU after the cure more than {CURED} below {self.goal:.3f}",
             ),
         )
-        return tuple(text for missing, text in found if missing)
+        return tuple(text for missing, text in checks if missing)
 
 
 @dataclass(frozen=True, slots=True)
 class Curves:
-    """Everything that `measure_curves` found.
+    """The results of `measure_curves`.
 
     Attributes:
         model: its name and version.
-        frames: how many were looked at.
+        frames: their number.
         entropy_threshold: the model's.
         sharpness_threshold: the model's.
-        nominal: without a fault, by network; the first is the one that flies.
+        nominal: without a fault, by network; runs begin with the first.
         points: single faults by strength.
         pairs: two faults at once at suite strength.
     """
@@ -139,15 +131,15 @@ class Curves:
 
     @property
     def main(self) -> Figures:
-        """The figures without a fault of the network that flies."""
+        """The figures of the first network without a fault."""
         return next(iter(self.nominal.values()))
 
     def of(self, fault: str) -> tuple[Case, ...]:
-        """Return the points of one fault, by strength."""
+        """Return the points of a fault, by strength."""
         return tuple(case for case in self.points if fault in case.strengths)
 
     def share(self, figures: Figures) -> float:
-        """Return an IoU over the nominal one."""
+        """Return an IoU over the nominal IoU."""
         return figures.iou / self.main.iou if self.main.iou else 0.0
 
 
@@ -158,17 +150,9 @@ def look(
     conditions: Sequence[Condition],
     extensions: Sequence[LoadedExtension],
 ) -> Arrays:
-    """Segment one frame in every condition; the noise depends on the frame's number only.
+    """Return IoU, entropy and sharpness of a frame in every condition, (conditions, 3).
 
-    Args:
-        segmenter: runs the model.
-        index: the frame's number.
-        images: of the frame.
-        conditions: of which each is one look.
-        extensions: that the conditions' faults are of; this process may have to load them.
-
-    Returns:
-        (conditions, 3): IoU, entropy and sharpness.
+    The noise of faults depends on the frame's number only. The extensions are loaded if this process lacks them.
     """
     for extension in extensions:
         load_extension(extension.where, checksum=extension.checksum)
@@ -176,8 +160,8 @@ def look(
     rows = []
     for condition in conditions:
         seen = condition.seen(bgr, depth, generator(0, "conditions", index))
-        found = segmenter.segment(condition.modality, seen.bgr, seen.depth)
-        rows.append((image_iou(count_classes(found.labels, truth)), found.entropy, seen.sharpness))
+        result = segmenter.segment(condition.modality, seen.bgr, seen.depth)
+        rows.append((image_iou(count_classes(result.labels, truth)), result.entropy, seen.sharpness))
     return (np.array(rows),)
 
 
@@ -188,30 +172,28 @@ def measure_curves(
     every: int = 1,
     strengths: Mapping[str, float] | None = None,
     grid: Mapping[str, Sequence[float]] | None = None,
-    jobs: int | None = None,
-    device: str = "cpu",
-    progress: Progress | None = None,
+    **options: Unpack[LookOptions],
 ) -> Curves:
     """Measure a model on the frames of a bag, in every condition.
 
     Args:
-        model: what segments.
-        bag: of at least five frames; those of another size are resampled to the model's.
+        model: the model.
+        bag: of at least five frames, all with labels.
         every: look at the first five of every 5 · `every` frames only.
-        strengths: to take for the suites' instead, by fault.
-        grid: further strengths, by fault; those of the catalogue if None.
-        jobs: processes; as many as there are processors if None. It has no influence on the result.
-        device: what the networks run on, as a `Segmenter` takes it.
-        progress: called with frames done and frames in all.
-
-    Raises:
-        DataError: the bag is unusable or too short.
-        InvalidInputError: a strength or number is out of range, or there is no such device.
-        MissingExtraError: the device needs a package that is not installed.
+        strengths: in place of the suites', by fault.
+        grid: further strengths, by fault; None for the catalogue's.
+        **options: see `LookOptions`.
     """
     plan = plan_curves(model.card, strengths, grid)
-    size = (model.card.height, model.card.width)
-    with read_bag(bag, size=size) as reader:
+    chosen = chosen_frames(_count(bag, model.card), every)
+    options["device"] = find_device(options.get("device", "cpu"))
+    (values,) = over_frames(look, (plan.conditions(), loaded_extensions()), model, bag, chosen, **options)
+    return curves_of(plan, model.card, values, every)
+
+
+def _count(bag: Path, card: ModelCard) -> int:
+    """Return the number of frames in a bag that curves can be measured on."""
+    with read_bag(bag, size=(card.height, card.width)) as reader:
         count, unlabelled = len(reader), reader.unlabelled
     if unlabelled:
         raise DataError(
@@ -219,72 +201,58 @@ def measure_curves(
         )
     if count < SAMPLES:
         raise DataError(f"The bag {bag} must have at least {SAMPLES} frames, got {count}.")
-    (values,) = over_frames(
-        look,
-        (plan.conditions(), loaded_extensions()),
-        model,
-        bag,
-        chosen=chosen_frames(count, every),
-        device=find_device(device),
-        jobs=jobs,
-        progress=progress,
-    )
-    return curves_of(plan, model.card, values, partial(window_means, every=every))
+    return count
 
 
-def curves_of(plan: CurvesPlan, card: ModelCard, values: Values, means: Callable[[Values], Values]) -> Curves:
-    """Return the figures of what was measured.
-
-    Args:
-        plan: whose `conditions` were measured.
-        card: of the model.
-        values: (frames, conditions, 3) as `look` returns them.
-        means: the means over five consecutive frames.
-    """
+def curves_of(plan: CurvesPlan, card: ModelCard, values: Values, every: int = 1) -> Curves:
+    """Return the curves of measured values (frames, conditions, 3), as `look` returns them for `plan.conditions()`."""
     places = {condition: place for place, condition in enumerate(plan.conditions())}
-    nominal = values[:, places[Condition(plan.networks[0])]]
-    quiet, sharp = means(nominal[:, 1]), means(nominal[:, 2])
+    nominal = Condition(plan.networks[0])
 
     def figures(condition: Condition) -> Figures:
-        iou, entropy, sharpness = values[:, places[condition]].T
-        unsure, focus = means(entropy), means(sharpness)
-        return Figures(
-            iou=float(iou.mean()),
-            entropy=float(entropy.mean()),
-            auc=roc_auc(quiet, unsure),
-            over=float((unsure > card.entropy_threshold).mean()),
-            sharpness=float(sharpness.mean()),
-            sharpness_auc=roc_auc(focus, sharp),
-            under=float((focus < card.sharpness_threshold).mean()),
-        )
-
-    def point(fault: str, strength: float) -> Case:
-        after = plan.after(fault, strength)
-        return Case(
-            strengths={fault: strength},
-            suite=strength == plan.strengths[fault],
-            before=figures(plan.before(fault, strength=strength)),
-            after=None if after is None else figures(after),
-            goal=networks[after.modality if after else plan.networks[0]].iou,
-        )
+        return _figures(card, values[:, places[condition]], values[:, places[nominal]], every)
 
     networks = {network: figures(Condition(network)) for network in plan.networks}
-    main = networks[plan.networks[0]].iou
+    points = []
+    for fault, strength in plan.points:
+        before, after = plan.before(fault, strength=strength), plan.after(fault, strength)
+        cured = None if after is None else figures(after)
+        goal = networks[(after or nominal).modality].iou
+        points.append(
+            Case({fault: strength}, strength == plan.strengths[fault], figures(before), cured, goal)
+        )
+    pairs = (
+        Case(
+            {fault: plan.strengths[fault] for fault in pair},
+            suite=True,
+            before=figures(plan.before(*pair)),
+            after=None,
+            goal=networks[nominal.modality].iou,
+        )
+        for pair in plan.pairs
+    )
     return Curves(
         model=(card.name, card.version),
         frames=len(values),
         entropy_threshold=card.entropy_threshold,
         sharpness_threshold=card.sharpness_threshold,
         nominal=networks,
-        points=tuple(point(fault, strength) for fault, strength in plan.points),
-        pairs=tuple(
-            Case(
-                {fault: plan.strengths[fault] for fault in pair},
-                True,
-                figures(plan.before(*pair)),
-                None,
-                main,
-            )
-            for pair in plan.pairs
-        ),
+        points=tuple(points),
+        pairs=tuple(pairs),
+    )
+
+
+def _figures(card: ModelCard, values: Values, nominal: Values, every: int) -> Figures:
+    """Return the figures of the values (frames, 3) in a condition, and without a fault."""
+    iou, entropy, sharpness = values.T
+    quiet, sharp = window_means(nominal[:, 1], every), window_means(nominal[:, 2], every)
+    unsure, focus = window_means(entropy, every), window_means(sharpness, every)
+    return Figures(
+        iou=float(iou.mean()),
+        entropy=float(entropy.mean()),
+        auc=roc_auc(quiet, unsure),
+        over=float((unsure > card.entropy_threshold).mean()),
+        sharpness=float(sharpness.mean()),
+        sharpness_auc=roc_auc(focus, sharp),
+        under=float((focus < card.sharpness_threshold).mean()),
     )

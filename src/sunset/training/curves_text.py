@@ -1,16 +1,16 @@
-"""Curves as a table for reading, as rows, and as one JSON object."""
+"""Curves as text, CSV and JSON, and the strengths of faults by severity."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, fields
+from itertools import pairwise
 from typing import Final
 
 from sunset.calibration import AUC, effects
-from sunset.perception.severities import LOSSES
+from sunset.perception.severities import LOSSES, SeverityTable
 from sunset.system import get_fault
 from sunset.tables import aligned
 from sunset.texts import csv_text
 from sunset.training.curves import BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
-from sunset.training.severities import severity_table
 
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")
 _CURED: Final = ("cured: IoU", "entropy")
@@ -18,7 +18,7 @@ _FIGURES: Final = tuple(field.name for field in fields(Figures))
 
 
 def as_text(curves: Curves) -> str:
-    """Return tables of all figures, and what they say about the strengths of the suites."""
+    """Return tables of all figures, and a judgement of the suites' strengths."""
     name, version = curves.model
     lines = [
         f"{name}, version {version}: {curves.frames} frames",
@@ -60,21 +60,20 @@ def _cures(curves: Curves) -> Iterator[str]:
 
 
 def _severities(curves: Curves) -> Iterator[str]:
-    """Yield the strengths of faults by severity."""
     shares = ", ".join(f"{loss:.0%}" for loss in LOSSES)
     yield f"strengths by severity, 1 to {len(LOSSES)}, which cost {shares} of the nominal IoU:"
     for fault, strengths in severity_table(curves).strengths.items():
-        yield f"{fault}: {', '.join('none' if one is None else f'{one:g}' for one in strengths)}"
+        yield f"{fault}: {', '.join('none' if value is None else f'{value:g}' for value in strengths)}"
 
 
 def _advice(curves: Curves) -> Iterator[str]:
-    """Yield what the strengths of the suites do, and which others would do it."""
+    """Yield whether the strengths of the suites fit, and which other strengths would."""
     for fault in effects():
         others = ", ".join(f"{value:g}" for value in _fitting(curves, fault)) or "none that was measured"
         for case in curves.of(fault):
             if case.suite:
-                found = "; ".join(case.shortfalls(curves.main.iou)) or "fits"
-                yield f"{fault} at {case.strengths[fault]:g}: {found} (strengths that fit: {others})"
+                verdict = "; ".join(case.shortfalls(curves.main.iou)) or "fits"
+                yield f"{fault} at {case.strengths[fault]:g}: {verdict} (strengths that fit: {others})"
     for fault, effect in effects().items():
         if isinstance(effect.suite, str) and curves.of(fault) and curves.of(effect.suite):
             fitting = _fitting(curves, fault)
@@ -100,16 +99,53 @@ def _fitting(curves: Curves, fault: str) -> list[float]:
     return [case.strengths[fault] for case in cases if not case.shortfalls(curves.main.iou)]
 
 
+def severity_table(curves: Curves) -> SeverityTable:
+    """Return the strengths by severity of all faults whose strength a scenario can choose."""
+    faults = dict.fromkeys(fault for case in curves.points for fault in case.strengths)
+    name, version = curves.model
+    return SeverityTable(
+        model=name,
+        version=version,
+        frames=curves.frames,
+        strengths={fault: _strengths(curves, fault) for fault in faults if get_fault(fault).limits},
+    )
+
+
+def _strengths(curves: Curves, fault: str) -> tuple[float | None, ...]:
+    points = [(0.0, 0.0)]
+    points += [(case.strengths[fault], 1 - curves.share(case.before)) for case in curves.of(fault)]
+    strengths = [strength_at(points, loss) for loss in LOSSES]
+    if isinstance(get_fault(fault).value, int):
+        return tuple(None if value is None else float(round(value)) for value in strengths)
+    return tuple(None if value is None else float(f"{value:.4g}") for value in strengths)
+
+
+def strength_at(points: Sequence[tuple[float, float]], loss: float) -> float | None:
+    """Return the least strength with a loss, interpolated between two points; None if no strength has it.
+
+    Args:
+        points: (strength, loss), in the order of the strengths.
+        loss: a share of the healthy IoU.
+
+    >>> strength_at([(0.0, 0.0), (1.0, 0.2), (2.0, 0.4)], 0.3), strength_at([(0.0, 0.0), (1.0, 0.2)], 0.3)
+    (1.5, None)
+    """
+    for (weak, less), (strong, more) in pairwise(points):
+        if less < loss <= more:
+            return weak + (strong - weak) * (loss - less) / (more - less)
+    return None
+
+
 def as_csv(curves: Curves) -> str:
-    """Return one line a measurement, with a line of names."""
+    """Return a row for each measurement, as CSV."""
     rows: list[list[object]] = [["faults", "strengths", "suite", "state", "share_of_nominal_iou", *_FIGURES]]
     for network, figures in curves.nominal.items():
         rows.append(["", "", "", network.key, *_cells(curves, figures)])
     for case in (*curves.points, *curves.pairs):
-        what = [case.name, " + ".join(f"{value:g}" for value in case.strengths.values()), int(case.suite)]
-        rows.append([*what, "faulty", *_cells(curves, case.before)])
+        strengths = " + ".join(f"{value:g}" for value in case.strengths.values())
+        rows.append([case.name, strengths, int(case.suite), "faulty", *_cells(curves, case.before)])
         if case.after is not None:
-            rows.append([*what, "cured", *_cells(curves, case.after)])
+            rows.append([case.name, strengths, int(case.suite), "cured", *_cells(curves, case.after)])
     return csv_text(rows)
 
 
@@ -119,7 +155,7 @@ def _cells(curves: Curves, figures: Figures) -> list[str]:
 
 
 def as_json(curves: Curves) -> dict[str, object]:
-    """Return everything as an object that `json` writes."""
+    """Return all figures as a JSON object."""
     name, version = curves.model
     return {
         "model": name,
@@ -134,13 +170,13 @@ def as_json(curves: Curves) -> dict[str, object]:
 
 
 def _object(curves: Curves, case: Case) -> dict[str, object]:
-    found: dict[str, object] = {
+    content: dict[str, object] = {
         "strengths": dict(case.strengths),
         "suite": case.suite,
         "share_of_nominal_iou": curves.share(case.before),
         "faulty": asdict(case.before),
     }
     if len(case.strengths) == 1:
-        found["cured"] = None if case.after is None else asdict(case.after)
-        found["shortfalls"] = list(case.shortfalls(curves.main.iou))
-    return found
+        content["cured"] = None if case.after is None else asdict(case.after)
+        content["shortfalls"] = list(case.shortfalls(curves.main.iou))
+    return content

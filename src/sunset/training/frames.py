@@ -1,8 +1,8 @@
-"""Rendering the frames that models are trained and tested on."""
+"""The frames for training, calibration and tests: rendered, or of a bag."""
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -21,13 +21,15 @@ from sunset.data import (
     WEATHERS,
     FlightPlan,
     Frame,
+    flight_bag,
+    read_bag,
     render_frames,
     render_views,
 )
 from sunset.errors import OutputError
 from sunset.training.batches import FrameSet
 from sunset.training.inputs import HEIGHT, WIDTH
-from sunset.workers import worker_pool
+from sunset.workers import Stages, worker_pool
 
 TRAINING_TOWNS: Final = (2, 3, 4, 5, 6)
 VALIDATION_TOWN: Final = 7
@@ -37,18 +39,16 @@ COURSES_DEG: Final = (50.0, 140.0)
 
 _CHUNK: Final = 50
 _LEAST_PASSAGE: Final = 10
-"""Fewer consecutive frames are too few to choose thresholds on."""
+"""The least number of consecutive frames that thresholds can be chosen on."""
 _PLAN: Final = "plan.json"
-"""Stands beside frames that are all there."""
-_PARTIAL: Final = "partial.json"
-"""Stands beside frames of which some are there; says which."""
+"""The file beside a set, with its plan and, while the set is incomplete, its finished chunks."""
 _UNFINISHED: Final = ".tmp"
-"""Ends the name of a file that is being written."""
+"""The suffix of a file while it is written."""
 
 
 @dataclass(frozen=True, slots=True)
 class Views:
-    """Random views of one town: only in the default flight's setting (50 m, 60°, noon, clear), or in all settings."""
+    """Random views of a town, in the default flight's setting (50 m, 60°, noon, clear) or in all settings."""
 
     town: int
     count: int
@@ -58,7 +58,7 @@ class Views:
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """Consecutive frames, ten a second, of a flight like the default one over another town, in some direction."""
+    """Consecutive frames, ten a second, of a flight like the default flight over another town, on a course."""
 
     town: int
     count: int
@@ -66,12 +66,12 @@ class Passage:
 
 
 FramePlan: TypeAlias = tuple[Views | Passage, ...]
-"""Which frames a set consists of; the default flight's town, 1, must be in none of them."""
+"""The frames of a set, never of town 1, the default flight's."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrameCounts:
-    """How many frames are rendered.
+    """The numbers of frames to render.
 
     Attributes:
         flight: training frames of each town in the default flight's setting.
@@ -87,9 +87,9 @@ class FrameCounts:
 
     @classmethod
     def of(cls, frames: int, *, flight: int = 8, other: int = 3) -> "FrameCounts":
-        """Return counts with about so many training frames, and with as much fewer held-out ones; no fewer than work.
+        """Return counts for about `frames` training frames, and proportionally fewer held-out frames.
 
-        Training frames in the default flight's setting and in all settings are as `flight` to `other`.
+        `flight` and `other` are the proportions of training frames in the default flight's setting and in all settings.
 
         >>> FrameCounts.of(550)
         FrameCounts(flight=80, other=30, held_out=15, passage=20)
@@ -120,10 +120,10 @@ class FrameCounts:
 
 @dataclass(frozen=True, slots=True)
 class FrameSets:
-    """Everything that a training run looks at: what weights are learned on, and frames of two other towns.
+    """The frames of a training: for the weights, and of two other towns.
 
-    Of these there are random views, and consecutive frames of flights; temperatures and thresholds come from
-    `validation_flight`.
+    The other towns have sets of random views, and of consecutive frames of flights. Temperatures and thresholds come
+    from `validation_flight`.
     """
 
     train: FrameSet
@@ -140,12 +140,9 @@ def render_sets(
     jobs: int = 2,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> FrameSets:
-    """Render all sets into a folder each in a folder, but those that are there already.
+    """Render all sets, each into its own folder, as far as they are missing.
 
     `progress` is called with the set's name, frames done and frames in all.
-
-    Raises:
-        OutputError: the folder cannot be written.
     """
     sets = {}
     for name, plan in counts.plans().items():
@@ -172,28 +169,22 @@ def _frames(views: Views | Passage, start: int, count: int) -> Iterator[Frame]:
 
 def _render(folder: Path, place: int, views: Views | Passage, start: int, count: int) -> None:
     """Render a chunk into its place in the arrays of a folder."""
-    frames = list(_frames(views, start, count))
-    bgr, depth = np.stack([frame.rgb for frame in frames]), np.stack([frame.depth for frame in frames])
-    labels = CLASS_OF_CARLA_ID[np.stack([frame.labels for frame in frames])]
-    FrameSet(bgr, depth, labels).write_into(folder, place)
+    _stacked(list(_frames(views, start, count))).write_into(folder, place)
 
 
 def render_set(
     plan: FramePlan, folder: Path, *, jobs: int = 2, progress: Callable[[int, int], None] | None = None
 ) -> FrameSet:
-    """Render a set into a folder, or what is missing of it there, and map it.
+    """Render a set into a folder, as far as chunks of 50 frames are missing, and map it.
 
-    Chunks of 50 frames are kept as they are finished, so that an interrupted call loses no others. One job is done in
-    this process. `progress` is called with frames done and frames in all.
-
-    Raises:
-        OutputError: the folder cannot be written, or holds something else, frames of another plan for instance.
+    With `jobs` of 1, this process renders. `progress` is called with frames done and frames in all.
     """
     wanted = {"renderer": RENDER_VERSION, "views": [asdict(views) for views in plan]}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        if not _is_complete(folder, wanted):
-            _render_missing(plan, wanted, folder, jobs, progress)
+        finished = _finished_chunks(folder, wanted)
+        if finished is not None:
+            _render_missing(plan, wanted, folder, finished, jobs=jobs, progress=progress)
     except OSError as error:
         raise OutputError(
             f"The training frames cannot be written to {folder}: {error.strerror or error}."
@@ -201,15 +192,16 @@ def render_set(
     return FrameSet.load(folder)
 
 
-def _is_complete(folder: Path, wanted: dict[str, object]) -> bool:
-    """Return whether a folder holds all frames of a plan, and not only some, or none yet."""
+def _finished_chunks(folder: Path, wanted: dict[str, object]) -> list[int] | None:
+    """Return the finished chunks of a plan in a folder; None if all are finished."""
     names = sorted(path.name for path in folder.iterdir() if path.suffix != _UNFINISHED)
     if not names:
-        return False
-    for name in (_PLAN, _PARTIAL):
-        with suppress(AttributeError, FileNotFoundError, ValueError):
-            if json.loads((folder / name).read_text(encoding="utf-8")).items() >= wanted.items():
-                return name == _PLAN
+        return []
+    with suppress(AttributeError, FileNotFoundError, ValueError):
+        document = json.loads((folder / _PLAN).read_text(encoding="utf-8"))
+        if document.items() >= wanted.items():
+            finished: list[int] | None = document.get("finished")
+            return finished
     raise OutputError(
         f"The folder {folder} holds {names[0]}, which is not of this training's frames: name another work folder, or "
         "delete this one."
@@ -220,23 +212,22 @@ def _render_missing(
     plan: FramePlan,
     wanted: dict[str, object],
     folder: Path,
+    finished: list[int],
+    *,
     jobs: int,
     progress: Callable[[int, int], None] | None,
 ) -> None:
-    """Render the chunks that are not in the folder yet."""
+    """Render the chunks that the folder lacks."""
     chunks = list(_chunks(plan))
     total = sum(views.count for views in plan)
-    finished: list[int] = []
-    if (folder / _PARTIAL).exists():
-        finished += json.loads((folder / _PARTIAL).read_text(encoding="utf-8"))["finished"]
     if not finished:
-        _write(folder / _PARTIAL, wanted | {"finished": finished})
-        FrameSet.blank(total, HEIGHT, WIDTH).save(folder)  # a disk that is too small shows now
+        _write(folder / _PLAN, wanted | {"finished": finished})
+        FrameSet.blank(total, HEIGHT, WIDTH).save(folder)  # fails now if the disk is too small
     missing = [number for number in range(len(chunks)) if number not in finished]
 
     def note(number: int) -> None:
         finished.append(number)
-        _write(folder / _PARTIAL, wanted | {"finished": finished})
+        _write(folder / _PLAN, wanted | {"finished": finished})
         if progress is not None:
             progress(sum(chunks[number][-1] for number in finished), total)
 
@@ -251,11 +242,10 @@ def _render_missing(
                 future.result()
                 note(futures[future])
     _write(folder / _PLAN, wanted)
-    (folder / _PARTIAL).unlink()
 
 
 def _chunks(plan: FramePlan) -> Iterator[tuple[int, Views | Passage, int, int]]:
-    """Yield what is rendered at once: its place in the set, of which views, from which of them on, and how many."""
+    """Yield chunks: the place in the set, the views, the first of them, and their number."""
     place = 0
     for views in plan:
         for start in range(0, views.count, _CHUNK):
@@ -268,3 +258,41 @@ def _write(path: Path, document: dict[str, object]) -> None:
     temporary = path.with_suffix(_UNFINISHED)
     temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
     temporary.replace(path)
+
+
+def _stacked(frames: Sequence[Frame]) -> FrameSet:
+    return FrameSet(
+        np.stack([frame.rgb for frame in frames]),
+        np.stack([frame.depth for frame in frames]),
+        CLASS_OF_CARLA_ID[np.stack([frame.labels for frame in frames])],
+    )
+
+
+def frames_of_bag(path: Path, size: tuple[int, int] | None = None) -> FrameSet:
+    """Return the frames of a bag, resampled to a height and width unless `size` is None."""
+    with read_bag(path, size=size) as reader:
+        return _stacked([reader.frame(index) for index in range(len(reader))])
+
+
+def validation_flight(
+    size: tuple[int, int],
+    *,
+    count: int = FrameCounts().passage,
+    jobs: int | None = None,
+    progress: Stages | None = None,
+) -> FrameSet:
+    """Return the flights on which thresholds are chosen, rendered once and kept in the cache folder.
+
+    `size` is height and width of a frame in pixels, and `count` the frames of each of the two flights. `jobs` and
+    `progress` are as in `flight_bag`.
+    """
+    rendering = partial(progress, "Rendering the validation flights (once)") if progress else None
+    parts = []
+    for course in COURSES_DEG:
+        plan = FlightPlan(town=VALIDATION_TOWN, frames=count, course_deg=course, size=size)
+        parts.append(frames_of_bag(flight_bag(plan, progress=rendering, jobs=jobs)))
+    return FrameSet(
+        np.concatenate([part.bgr for part in parts]),
+        np.concatenate([part.depth for part in parts]),
+        np.concatenate([part.labels for part in parts]),
+    )

@@ -1,4 +1,4 @@
-"""The architecture `lite`: a DeepLabV3 that segments a frame in milliseconds on one core.
+"""The architecture `lite`: a DeepLabV3 that segments a frame in milliseconds on a single core.
 
 Every branch is a DeepLabV3: a light residual backbone down to stride 16, atrous spatial pyramid
 pooling with a global-pooling branch (Chen et al., "Rethinking Atrous Convolution for Semantic Image
@@ -23,7 +23,7 @@ _CLASSES: Final = len(CLASSES)
 
 @dataclass(frozen=True, slots=True)
 class LiteShape:
-    """The widths of a branch of `lite`, in channels; none may be less than 16.
+    """The widths of a branch of `lite`, in channels, at least 16.
 
     Attributes:
         stem: channels at stride 2.
@@ -36,7 +36,7 @@ class LiteShape:
     """
 
     name: ClassVar = "lite"
-    """How users call the architecture."""
+    """The architecture's name."""
     description: ClassVar = (
         "DeepLabV3 (atrous spatial pyramid pooling with global pooling) on a light residual backbone, with "
         "skips from strides 8 and 4 and a sub-pixel classifier at stride 2. One network for the colour image, "
@@ -44,7 +44,7 @@ class LiteShape:
     )
     """A paragraph for the model's card."""
     stride: ClassVar = 2
-    """How many pixels of the frame a logit stands for, in each direction."""
+    """Pixels of the frame for each logit, in both directions."""
 
     stem: int = 24
     widths: tuple[int, int, int] = (48, 96, 160)
@@ -58,14 +58,11 @@ class LiteShape:
         check_widths(self.stem, *self.widths, self.pyramid, *self.skips, self.decoder)
 
     def branch(self, modality: str, output_stride: int | None = None) -> tuple[Layer, ...]:
-        """Return the layers of one branch: `<modality>.input` (3 channels) → `<modality>.logits` at stride 2.
+        """Return the layers of a branch: `<modality>.input` (3 channels) → `<modality>.logits` at stride 2.
 
         >>> layers = LiteShape().branch("rgb")
         >>> layers[0].name, layers[-1].name
         ('rgb.stem', 'rgb.logits')
-
-        Raises:
-            InvalidInputError: another output stride than 2 is asked for.
         """
         if output_stride not in {None, self.stride}:
             raise InvalidInputError(f"The output stride of 'lite' is {self.stride}, got {output_stride}.")

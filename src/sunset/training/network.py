@@ -1,4 +1,4 @@
-"""The torch side of the networks: runs a plan of `architecture`, and gives its weights as arrays."""
+"""The networks in torch: plans of `architecture` are run, and their weights returned as arrays."""
 
 import hashlib
 import math
@@ -39,9 +39,9 @@ _Array: TypeAlias = npt.NDArray[np.float32]
 
 
 def build(layers: Sequence[Layer]) -> nn.Module:
-    """Return a torch module with the weights of a plan, under the names that the plan gives them.
+    """Return a torch module with random weights for a plan, by the plan's names; `forward` runs the plan.
 
-    They are drawn from torch's global generator. The module only holds them; `forward` runs a plan.
+    The weights are drawn from torch's global generator.
     """
     root = nn.Module()
     for layer in convolutions(layers):
@@ -49,12 +49,12 @@ def build(layers: Sequence[Layer]) -> nn.Module:
         if layer.norm or layer.relu:
             nn.init.kaiming_normal_(conv.weight, mode="fan_out", nonlinearity="relu")
         else:
-            nn.init.normal_(conv.weight, std=0.01)  # logits start out near zero
+            nn.init.normal_(conv.weight, std=0.01)  # logits begin near zero
         _place(root, layer.weights, conv)
         if layer.norm:
             norm = nn.BatchNorm2d(layer.channels[1])
             if layer.add:
-                nn.init.constant_(norm.weight, 0.5)  # a block starts out near its shortcut
+                nn.init.constant_(norm.weight, 0.5)  # a block begins near its shortcut
             _place(root, layer.norm, norm)
     return root.to(memory_format=torch.channels_last)
 
@@ -71,10 +71,8 @@ def _place(root: nn.Module, path: str, module: nn.Module) -> None:
 def forward(layers: Sequence[Layer], modules: nn.Module, results: dict[str, Tensor]) -> None:
     """Run a plan; `results` holds the inputs by name and receives every layer's result (N, C, H, W).
 
-    What a convolution gives before an addition is there as `<name>.conv`.
-
-    Whether normalisation takes the batch's statistics, and whether there is dropout, depends on the mode of
-    `modules`.
+    Where a convolution has an addition, `<name>.conv` receives the result before it. The mode of `modules` controls
+    normalisation and dropout.
     """
     for layer in layers:
         match layer:
@@ -112,7 +110,7 @@ def _convolve(layer: Conv, modules: nn.Module, results: dict[str, Tensor]) -> Te
 
 
 def _module(modules: nn.Module, path: str) -> nn.Module:
-    """Return a module by its path; torch's `get_submodule` cannot be compiled, for one is called `global`."""
+    """Return a module by its path; `get_submodule` cannot be compiled with a module called `global`."""
     return reduce(getattr, path.split("."), modules)
 
 
@@ -124,7 +122,7 @@ def rgb_input(bgr: Tensor) -> Tensor:
 
 @lru_cache
 def _by_channel(values: tuple[float, ...], device: torch.device) -> Tensor:
-    """Return numbers as (C, 1, 1) on a device, sent there once."""
+    """Return numbers as (C, 1, 1) on a device, sent to it once."""
     return torch.tensor(values, device=device).view(-1, 1, 1)
 
 
@@ -157,7 +155,7 @@ def upsample(
     """Return maps (N, C, H, W) interpolated to (N, C, H·factor/step, W·factor/step).
 
     With a `step` of n, only every n-th row and column of the full resolution is computed, from `phase` on. With a
-    `size`, what reaches beyond it at full resolution is left out.
+    `size`, the result at full resolution is cropped to it.
     """
     height, width = size or (maps.shape[2] * factor, maps.shape[3] * factor)
     rows = _interpolation(maps.shape[2], factor, range(phase[0], height, step), maps.device)
@@ -169,13 +167,13 @@ def upsample(
 def _interpolation(
     size: int, factor: int, wanted: range, device: torch.device, *, across: bool = False
 ) -> Tensor:
-    """Return the wanted rows of a matrix of interpolation on a device, sent there once; as columns if `across`."""
+    """Return rows of the interpolation matrix on a device, sent to it once; as columns if `across`."""
     matrix = upsampling(size, factor)[wanted]
     return torch.from_numpy((matrix.T if across else matrix).copy()).to(device)
 
 
 def folded_weights(layers: Sequence[Layer], modules: nn.Module) -> dict[str, tuple[_Array, _Array]]:
-    """Return per convolution its kernel (out, in, k, k) and bias (out,), normalisation folded in."""
+    """Return each convolution's kernel (out, in, k, k) and bias (out,), with the normalisation folded in."""
     weights = {}
     for layer in convolutions(layers):
         conv = modules.get_submodule(layer.weights)
@@ -197,13 +195,13 @@ def unfold(
     weights: Mapping[str, tuple[_Array, _Array]],
     results: dict[str, Tensor],
 ) -> None:
-    """Give modules the weights that `folded_weights` returned, so that they can be learned on.
+    """Write weights from `folded_weights` into modules for further training.
 
-    What a plan computes stays as it was. Normalisation gets the statistics of the values that it finds, and kernels
-    the size that `build` gives them: it makes no difference after normalisation, but the steps of Adam are made for it.
+    The plan's results do not change. Normalisation gets the statistics of the results on some frames, and kernels the
+    norm that `build` gives them, which the step size of Adam assumes.
 
-    The modules are in evaluation mode. `results` holds the plan's inputs on some frames, and receives every layer's
-    result, like `forward`.
+    The modules are in evaluation mode. `results` holds the plan's inputs on the frames, and receives every layer's
+    result.
     """
     with torch.no_grad():
         for layer in layers:
@@ -219,11 +217,11 @@ def unfold(
 
 
 def _normalise(layer: Conv, modules: nn.Module, bias: Tensor, results: Mapping[str, Tensor]) -> None:
-    """Make a kernel's results normalised ones, and undo that by what normalisation learns, on some frames."""
+    """Scale a kernel, and set its normalisation so that the results on some frames stay the same."""
     kernel, norm = modules.get_submodule(layer.weights).weight, modules.get_submodule(layer.norm)
-    found = {layer.source: results[layer.source]}
-    forward([replace(layer, norm="", add="", relu=False)], modules, found)
-    variance, mean = torch.var_mean(found[layer.name], (0, 2, 3), correction=0)
+    plain = {layer.source: results[layer.source]}
+    forward([replace(layer, norm="", add="", relu=False)], modules, plain)
+    variance, mean = torch.var_mean(plain[layer.name], (0, 2, 3), correction=0)
     inputs, outputs = layer.channels
     size = kernel.flatten(1).norm(dim=1)
     scale = torch.where(size > 0, math.sqrt(2 * inputs / outputs) / size, 1.0)
@@ -237,10 +235,10 @@ def _normalise(layer: Conv, modules: nn.Module, bias: Tensor, results: Mapping[s
 def shift_logits(
     networks: Mapping[str, Sequence[Layer]], modules: nn.Module, shift: npt.NDArray[np.float32]
 ) -> None:
-    """Add a number to every class's logits, `shift` (28,), in the biases of the networks that give them.
+    """Add `shift` (28,) to the logits of every class, in the biases of networks.
 
-    `networks` are the plans of branches, and of the merging layers as "fusion": its logits are shifted once, as if
-    the branches that it sees were not.
+    `networks` are the plans of branches, and of the merging layers as "fusion", whose logits are also shifted once: its
+    first layer subtracts the shift of the branches.
     """
     added = torch.from_numpy(shift)
     with torch.no_grad():
@@ -248,14 +246,14 @@ def shift_logits(
             first, *_, last = (modules.get_submodule(layer.weights) for layer in convolutions(layers))
             if name == "fusion":
                 first.bias -= (first.weight[:, :, 0, 0] * added.repeat(2)).sum(1)
-            pixels = len(last.bias) // len(added)  # that a row of logits is shuffled into
+            pixels = len(last.bias) // len(added)  # of each logit of the last layer
             last.bias += added.repeat_interleave(pixels)
 
 
 def start_from_the_sum(modules: nn.Module) -> None:
-    """Let the merging layers begin as about the sum of both branches' logits, which is a fusion already.
+    """Initialise the merging layers as about the sum of both branches' logits, a simple fusion.
 
-    The logits are raised for the layers with a ReLU, and lowered again by the last.
+    The logits are raised for the layers with a ReLU, and lowered again by the last layer.
     """
     raised, weight = 10.0, 0.6
     layers = [modules.get_submodule(f"merge.{index}") for index in (0, 2, 4)]

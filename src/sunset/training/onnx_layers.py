@@ -1,4 +1,4 @@
-"""The part of an exported network that is its plan: every layer as nodes of ONNX."""
+"""The layers of a plan as nodes of ONNX."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final, TypeAlias
@@ -10,7 +10,7 @@ from sunset.training.architecture import Concat, Conv, Layer, MaxPool, Pool, Res
 from sunset.training.onnx_writer import Graph
 
 Weights: TypeAlias = Mapping[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]
-"""Per convolution its kernel (out, in, k, k) and bias (out,), normalisation folded in."""
+"""Each convolution's kernel (out, in, k, k) and bias (out,), with the normalisation folded in."""
 
 Ranges: TypeAlias = Mapping[str, tuple[float, float]]
 """Least and greatest value of the results that are stored in 8 bits."""
@@ -21,10 +21,10 @@ _KERNEL_LIMIT: Final = 63
 """Kernels take 7 bits: processors without instructions for 8-bit products add two of them in 16 bits."""
 
 _BIAS_LIMIT: Final = 2**30
-"""Biases take 32 bits, with room for the products that are added."""
+"""Biases take 32 bits, which must hold the sum with the products."""
 
 _ROWS: Final = 2
-"""The axis of an image's rows; that of its columns is the next."""
+"""The axis of an image's rows; the next is the axis of its columns."""
 
 
 class Layers:
@@ -33,7 +33,7 @@ class Layers:
     Args:
         graph: receives them.
         weights: of the convolutions.
-        inputs: height and width of the values that are there already, by name.
+        inputs: height and width of the inputs, by name.
         ranges: of the results in 8 bits; a convolution is computed in 8 bits if its source has a range.
     """
 
@@ -48,7 +48,7 @@ class Layers:
         self._ranges = dict(ranges)
 
     def write(self, layer: Layer) -> None:
-        """Add a layer whose sources are there already."""
+        """Add a layer, after its sources."""
         graph, sizes = self._graph, self.sizes
         match layer:
             case Conv():
@@ -109,7 +109,7 @@ class Layers:
     def _convolve(
         self, layer: Conv, name: str, source: str, taps: Sequence[int], pads: Sequence[int]
     ) -> None:
-        """Add a convolution by the kernel `<name>.kernel` of so many taps, and what follows it."""
+        """Add a convolution by the kernel `<name>.kernel`, with its addition and ReLU."""
         steps = [("Add", [layer.add])] * bool(layer.add) + [("Relu", [])] * layer.relu
         value = f"{name}.conv" if steps else name
         self._result(
@@ -127,7 +127,7 @@ class Layers:
             value = output
 
     def _product(self, layer: Conv, kernel: _Array, bias: _Array) -> None:
-        """Add a 1x1 convolution of full-size maps as a product of matrices: the runtime reorders less then."""
+        """Add a 1x1 convolution of full-size maps as a matrix product, for which the runtime reorders less."""
         graph, name, (height, width) = self._graph, layer.name, self._full
         flat = graph.constant(f"{name}.flat", [kernel.shape[1], height * width], np.int64)
         factors = (
@@ -165,7 +165,7 @@ class Layers:
         self._convolve(layer, name, layer.source, taps, pads)
 
     def _in_regions(self, layer: Conv, axis: int, taps: Sequence[int], pads: Sequence[int]) -> None:
-        """Add a convolution in 8 bits as one for each region, along rows (0) or columns (1), without padding."""
+        """Add a convolution in 8 bits as a convolution for each region, along rows (0) or columns (1)."""
         regions = layer.regions(self.sizes[layer.source][axis])
         parts = [f"{layer.name}.region{index}" for index in range(len(regions))]
         for part, region in zip(parts, regions, strict=True):

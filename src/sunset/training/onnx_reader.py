@@ -1,4 +1,4 @@
-"""Reads the weights of a model's networks, so that a training can go on from them."""
+"""The weights of a model's networks, for further training."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,26 +20,17 @@ _Array: TypeAlias = npt.NDArray[np.float32]
 
 
 def read_network(path: Path, *, weights: bool = True) -> onnx.ModelProto:
-    """Return what an ONNX file holds, with the weights that are in files beside it if they are asked for.
-
-    Raises:
-        ModelError: the file is not a network.
-    """
+    """Return the content of an ONNX file, with or without the weights in files beside it."""
     try:
         return onnx.load(path, load_external_data=weights)
     except DecodeError as error:
-        raise ModelError(f"The network {path} is no ONNX model: {error}.") from error
+        raise ModelError(f"The network {path} is not an ONNX model: {error}.") from error
 
 
 def stored_weights(model: Model, config: TrainingConfig) -> Weights:
-    """Return what a model that `train` wrote has learned of the networks that a training is about.
+    """Return the weights of a model that `train` wrote, for the networks of a training.
 
-    Weights that are stored in 8 bits come as they are computed with; rows and columns of kernels that are not stored,
-    since they never see more than padding, come as zeros.
-
-    Raises:
-        InvalidInputError: the model has other networks.
-        ModelError: a network's file is not one.
+    Weights in 8 bits are converted; rows and columns of kernels that were not stored are zeros.
     """
     weights = {}
     for name in config.modalities:
@@ -58,11 +49,7 @@ def stored_weights(model: Model, config: TrainingConfig) -> Weights:
 
 
 def _stored(layer: Conv, constants: Mapping[str, onnx.TensorProto]) -> tuple[_Array, _Array]:
-    """Return a layer's kernel and bias.
-
-    Raises:
-        KeyError, ValueError: there is none, or it has another shape.
-    """
+    """Return a layer's kernel and bias; a missing or unsuitable constant raises KeyError or ValueError."""
 
     def constant(key: str) -> _Array:
         array: _Array = numpy_helper.to_array(constants[f"{layer.name}.{key}"])

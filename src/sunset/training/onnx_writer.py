@@ -1,4 +1,4 @@
-"""Collects the nodes and constants of ONNX graphs; large weights go into files that graphs share."""
+"""ONNX graphs under construction, whose large weights are in shared files."""
 
 import hashlib
 import os
@@ -14,11 +14,11 @@ from sunset.output_files import draft_of
 from sunset.training.inputs import upsampling
 
 _LARGE: Final = 16384
-"""Weights of at least this many bytes are kept outside the graph's own file."""
+"""Weights of so many bytes or more are kept outside the graph's own file."""
 
 
 class Store:
-    """Weights by content, in files of a folder beside the graphs: what several graphs share is there once."""
+    """Weights by content, in files beside the graphs: several graphs share the same bytes."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -26,7 +26,7 @@ class Store:
         self._known: dict[bytes, tuple[str, int]] = {}
 
     def place(self, data: bytes, file: str) -> tuple[str, int]:
-        """Return the file and the offset of some bytes, which are appended to a file if they are new."""
+        """Return the file and the offset of bytes; new bytes are appended to `file`."""
         digest = hashlib.sha256(data).digest()
         if digest not in self._known:
             content = self._files.setdefault(file, bytearray())
@@ -43,7 +43,7 @@ class Store:
 
 
 class Graph:
-    """A graph that is being put together; the files that it begins have its name, and the store takes large weights."""
+    """A graph under construction, whose large weights go into a store."""
 
     def __init__(self, name: str, store: Store) -> None:
         self._name = name
@@ -53,15 +53,15 @@ class Graph:
         self.inputs: list[ValueInfoProto] = []
         self.outputs: list[ValueInfoProto] = []
         self.data: set[str] = set()
-        """The files beside the graph's own that it needs."""
+        """The store's files that the graph needs."""
 
     def constant(self, name: str, value: npt.ArrayLike, dtype: npt.DTypeLike = np.float32) -> str:
-        """Add a constant; returns its name."""
+        """Add a constant and return its name."""
         self._constants.append(numpy_helper.from_array(np.asarray(value, dtype=dtype), name))
         return name
 
     def weights(self, name: str, value: npt.ArrayLike, dtype: npt.DTypeLike = np.float32) -> str:
-        """Add a constant that other graphs may share, outside the graph's own file if it is large."""
+        """Add a constant to the store if it is large, to the graph if not."""
         self.constant(name, value, dtype)
         tensor = self._constants[-1]
         if len(tensor.raw_data) >= _LARGE:
@@ -72,17 +72,17 @@ class Graph:
         return name
 
     def node(self, kind: str, inputs: Sequence[str], output: str, *more: str, **attributes: object) -> str:
-        """Add a node, which is named after its first output; returns that name."""
+        """Add a node and return its first output, which names it."""
         self._nodes.append(helper.make_node(kind, list(inputs), [output, *more], output, **attributes))
         return output
 
     def bounds(self, name: str, axis: int, part: slice) -> tuple[str, ...]:
-        """Add the constants that `Slice` takes for a part along an axis; returns their names."""
+        """Add the constants of `Slice` for a part along an axis, and return their names."""
         values = {"start": part.start, "stop": part.stop, "axis": axis}
         return tuple(self.constant(f"{name}.{key}", [value], np.int64) for key, value in values.items())
 
     def upsample(self, source: str, output: str, size: tuple[int, int], factor: int) -> str:
-        """Add the bilinear interpolation of maps of a size by a whole factor; returns the result's name."""
+        """Add the bilinear interpolation of maps by a whole factor, and return the result's name."""
         if factor == 1:
             return self.node("Identity", [source], output)
         rows = self.constant(f"{output}.rows", upsampling(size[0], factor))
@@ -91,7 +91,7 @@ class Graph:
         return self.node("MatMul", [rows, f"{output}.wide"], output)
 
     def write(self, path: Path) -> None:
-        """Write the graph; the store's files must be there already, since the result is checked."""
+        """Write and check the graph, after the store."""
         body = helper.make_graph(self._nodes, self._name, self.inputs, self.outputs, self._constants)
         opset = helper.make_opsetid("", 18)
         model = helper.make_model(body, opset_imports=[opset], ir_version=9, producer_name="sunset")

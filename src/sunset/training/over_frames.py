@@ -1,11 +1,13 @@
-"""Looking at frames with a model's networks, spread over processes."""
+"""Looking at frames with the networks of a model, spread over processes."""
 
+import hashlib
+import zipfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +15,28 @@ import numpy.typing as npt
 from sunset import __version__
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import read_bag
+from sunset.output_files import draft_of
 from sunset.perception import Model, Segmenter, load_model
-from sunset.training.batches import FrameSet
-from sunset.training.spread import Arrays, keep
+from sunset.training.batches import FrameSet, Images
 from sunset.workers import Progress, spread
 
-Images: TypeAlias = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]
-"""A frame: colours, depth and the true labels."""
+Arrays: TypeAlias = tuple[npt.NDArray[Any], ...]
+
+
+class LookOptions(TypedDict, total=False):
+    """The options of `over_frames`.
+
+    Attributes:
+        device: of the networks, as a `Segmenter` takes it; the processor by default.
+        jobs: processes; by default as many as there are processors. The result does not depend on it.
+        progress: called with (frames done, frames in all).
+        kept: a folder that keeps the results for a set, so that an interrupted call loses little.
+    """
+
+    device: str
+    jobs: int | None
+    progress: Progress | None
+    kept: Path | None
 
 
 def over_frames(
@@ -27,42 +44,36 @@ def over_frames(
     arguments: tuple[object, ...],
     model: Model,
     frames: FrameSet | Path,
-    *,
     chosen: Sequence[int] | None = None,
-    device: str = "cpu",
-    jobs: int | None = None,
-    progress: Progress | None = None,
-    kept: Path | None = None,
+    **options: Unpack[LookOptions],
 ) -> Arrays:
-    """Return what a function finds in every frame: its arrays, stacked over the frames.
+    """Return the arrays that a function returns for each frame, stacked over the frames.
 
     Args:
         look: a function of a module, called with a segmenter, the frame's number, its `Images`, and the arguments.
-        arguments: with a `repr` that tells them apart.
-        model: whose networks the segmenter runs.
+        arguments: distinguished by their `repr`.
+        model: its networks are run by the segmenter.
         frames: a set, or a bag, whose frames are resampled to the model's size.
-        chosen: the numbers of those that are looked at; all of a set if None.
-        device: what the networks run on, as a `Segmenter` takes it.
-        jobs: processes; as many as there are processors if None. It has no influence on the result.
-        progress: called with frames done and frames in all.
-        kept: a folder that keeps what was found in a set, so that an interrupted call loses little; None for nowhere.
+        chosen: the numbers of the frames; all of a set if None.
+        **options: see `LookOptions`.
     """
+    device, kept = options.get("device", "cpu"), options.get("kept")
     with _on_disk(frames) as place:
         opening = partial(_opened, model.folder, device, place, isinstance(frames, FrameSet))
         work: Callable[[int], Arrays] = partial(_look_at, look, arguments, opening)
         if isinstance(frames, FrameSet):
             digests = [network.digest for _, network in sorted(model.card.networks.items())]
-            what = (__version__, look.__qualname__, arguments, digests, device, kept and frames.digest())
-            work = keep(work, kept, *what)
+            origin = (__version__, look.__qualname__, arguments, digests, device, kept and frames.digest())
+            work = keep(work, kept, *origin)
             chosen = range(len(frames)) if chosen is None else chosen
-        _opened.cache_clear()  # what the paths name may have changed since this process looked before
-        found = list(spread(work, chosen or (), jobs=jobs, progress=progress))
-    return tuple(np.stack(arrays) for arrays in zip(*found, strict=True))
+        _opened.cache_clear()  # the files may have changed since this process opened them
+        rows = list(spread(work, chosen or (), jobs=options.get("jobs"), progress=options.get("progress")))
+    return tuple(np.stack(arrays) for arrays in zip(*rows, strict=True))
 
 
 @contextmanager
 def _on_disk(frames: FrameSet | Path) -> Iterator[Path]:
-    """Give the place where other processes find frames."""
+    """Give the place where other processes read the frames."""
     if isinstance(frames, Path):
         yield frames
         return
@@ -83,7 +94,7 @@ def _look_at(
 
 @lru_cache(maxsize=1)
 def _opened(folder: Path, device: str, place: Path, saved: bool) -> tuple[Segmenter, Callable[[int], Images]]:
-    """Return model and what gives the frames, opened once a process."""
+    """Return a model's segmenter, and a function that reads frames; both are opened once in each process."""
     model = load_model(folder)
     if saved:
         return Segmenter(model, device=device), FrameSet.load(place).images
@@ -94,3 +105,25 @@ def _opened(folder: Path, device: str, place: Path, saved: bool) -> tuple[Segmen
         return frame.rgb, frame.depth, CLASS_OF_CARLA_ID[frame.labels]
 
     return Segmenter(model, device=device), images
+
+
+def keep(work: Callable[[int], Arrays], folder: Path | None, *origin: object) -> Callable[[int], Arrays]:
+    """Return a function that keeps each result of `work` in a file, and reads it on the next call.
+
+    `origin` is everything that the results depend on, by its `repr`. Without a folder, `work` itself is returned.
+    """
+    if folder is None:
+        return work
+    own = folder / hashlib.sha256(repr(origin).encode()).hexdigest()[:16]
+    own.mkdir(parents=True, exist_ok=True)
+    return partial(_kept, work, own)
+
+
+def _kept(work: Callable[[int], Arrays], folder: Path, index: int) -> Arrays:
+    path = folder / f"{index}.npz"
+    with suppress(EOFError, OSError, ValueError, zipfile.BadZipFile), np.load(path) as arrays:
+        return tuple(arrays.values())
+    result = work(index)
+    with draft_of(path) as draft, draft.open("wb") as file:
+        np.savez(file, *result)
+    return result

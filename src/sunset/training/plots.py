@@ -1,7 +1,9 @@
-"""Figures of what faults do to a model's segmentation by their strength, and of what cures bring back."""
+"""Figures of curves, by strength and after the cures, and of the logs of trainings."""
 
+import json
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -14,8 +16,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_FAULTY: Final = ORANGE  # told apart by dashes and hatching as well
+_FAULTY: Final = ORANGE  # dashes and hatching differ, too
 _CURED: Final = BLUE
+_NO_LOSSES: Final = frozenset({"step", "learning_rate", "seconds", "iou"})
+_COLOURS: Final = (BLUE, ORANGE, "#009E73", "#CC79A7")
 _STYLE: Final = {
     "font.size": 7,
     "axes.titlesize": 7,
@@ -30,7 +34,7 @@ _STYLE: Final = {
 
 
 def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
-    """Draw `curves.png`, `sharpness.png` and `cures.png` into a folder and return those that there is data for.
+    """Draw `curves.png`, `sharpness.png` and `cures.png` as far as there is data, and return their paths.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -52,7 +56,7 @@ def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
 
 
 def _by_strength(figure: "Figure", curves: Curves) -> bool:
-    """Draw IoU above, entropy below, a column a fault."""
+    """Draw IoU above, entropy below, in a column for each fault."""
     faults = [fault for fault in effects() if curves.of(fault)]
     if not faults:
         return False
@@ -95,7 +99,7 @@ def _band(axes: "Axes", curves: Curves) -> None:
 
 
 def _sharpness(figure: "Figure", curves: Curves) -> bool:
-    """Draw the camera image's sharpness by the blur's strength, a column a fault that blurs."""
+    """Draw the camera image's sharpness by strength, in a column for each fault that blurs."""
     faults = [fault for fault in effects() if curves.of(fault) and signal_of(fault) == SHARPNESS]
     if not faults:
         return False
@@ -121,7 +125,7 @@ def _cures(figure: "Figure", curves: Curves) -> bool:
             (-0.2, _FAULTY, "///", "with the fault", [case.before for case in cases]),
             (0.2, _CURED, "", "after its cure", [case.after for case in cases]),
         ):
-            bars = [(place + shift, getattr(found, name)) for place, found in enumerate(side) if found]
+            bars = [(place + shift, getattr(figures, name)) for place, figures in enumerate(side) if figures]
             if bars:
                 axes.barh(*zip(*bars, strict=True), height=0.4, color=color, hatch=hatch, label=label)
         axes.axvline(getattr(curves.main, name), color="black", linewidth=0.8, label="nominal")
@@ -142,3 +146,28 @@ def _cures(figure: "Figure", curves: Curves) -> bool:
 def _name_bars(axes: "Axes", texts: Sequence[str]) -> None:
     axes.set_yticks(range(len(texts)), [text.replace("_", " ").replace(" + ", "\n+ ") for text in texts])
     axes.invert_yaxis()
+
+
+def draw_log(log: Path, png: Path) -> None:
+    """Draw the losses, and the IoU on held-out frames, of a training's stage by step, from its log."""
+    lines = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    with drawing() as new_figure:
+        figure = new_figure(figsize=(8, 3), dpi=120, layout="constrained")
+        losses, ious = figure.subplots(1, 2)
+        names = [name for name in lines[0] if name not in _NO_LOSSES]
+        measured = [line for line in lines if "iou" in line]
+        for name, colour, dashes in zip(names, cycle(_COLOURS), cycle(("-", "--", "-.", ":")), strict=False):
+            style = {"color": colour, "linestyle": dashes, "label": name, "linewidth": 1.2}
+            steps = [(line["step"], line[name]) for line in lines]
+            losses.plot(*zip(*steps, strict=True), **style)
+            held_out = [(line["step"], line["iou"][name]) for line in measured if name in line["iou"]]
+            if held_out:
+                ious.plot(*zip(*held_out, strict=True), marker=".", **style)
+        for axes, title in ((losses, "loss on training frames"), (ious, "IoU on held-out frames")):
+            axes.set_title(title, fontsize=10)
+            axes.set_xlabel("step")
+            axes.set_ylim(bottom=0)
+            axes.grid(linewidth=0.4, alpha=0.5)
+            axes.spines[["top", "right"]].set_visible(False)
+        losses.legend(frameon=False)
+        save_figure(figure, png, make_folder=False)

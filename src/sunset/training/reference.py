@@ -1,10 +1,10 @@
-"""The architecture `reference`: the paper's DeepLabV3 with a ResNet50, one for each sensor, fused late.
+"""The architecture `reference`: the paper's DeepLabV3 with a ResNet50 for each sensor, fused late.
 
 A branch is a ResNet50 (He et al., "Deep Residual Learning for Image Recognition", 2015; the stride of a
 block in its 3x3 convolution) whose last two stages keep stride 8 by dilation, atrous spatial pyramid
 pooling with rates 12, 24 and 36 and global pooling, and a classifier (Chen et al., "Rethinking Atrous
-Convolution for Semantic Image Segmentation", 2017). Modules bear the names of torchvision's
-`deeplabv3_resnet50` without auxiliary classifier; in the fusion those of SynDrone's benchmark: `rgb.*`,
+Convolution for Semantic Image Segmentation", 2017). Modules have the names of torchvision's
+`deeplabv3_resnet50` without auxiliary classifier; in the fusion, the names of SynDrone's benchmark: `rgb.*`,
 `dth.*` and `merge.*`, the last over the logits interpolated to full size.
 """
 
@@ -21,12 +21,12 @@ _STRIDES: Final = (8, 16, 32)
 _EXPANSION: Final = 4
 
 BRANCH_PREFIXES: Final = {"rgb": "rgb.", "depth": "dth."}
-"""What the fusion's module names begin with, by branch."""
+"""The prefixes of the fusion's module names, by branch."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReferenceShape:
-    """The widths of a branch of `reference`, in channels; none may be less than 16.
+    """The widths of a branch of `reference`, in channels, at least 16.
 
     Attributes:
         width: channels of the stem and of the first stage's inner convolutions; each stage doubles it.
@@ -36,7 +36,7 @@ class ReferenceShape:
     """
 
     name: ClassVar = "deeplabv3_resnet50"
-    """How users call the architecture."""
+    """The architecture's name."""
     description: ClassVar = (
         "DeepLabV3 with a ResNet50 at output stride 8 and atrous spatial pyramid pooling with rates 12, 24 "
         "and 36: one network for the colour image, one for the depth image, and both with their logits "
@@ -44,7 +44,7 @@ class ReferenceShape:
     )
     """A paragraph for the model's card."""
     stride: ClassVar = 8
-    """How many pixels of the frame a logit of a branch stands for, in each direction."""
+    """Pixels of the frame for each logit of a branch, in both directions."""
 
     width: int = 64
     blocks: tuple[int, int, int, int] = (3, 4, 6, 3)
@@ -55,17 +55,11 @@ class ReferenceShape:
         check_widths(self.width, self.pyramid)
 
     def branch(self, modality: str, output_stride: int | None = None) -> tuple[Layer, ...]:
-        """Return the layers of one branch of the fusion: `<modality>.input` → `<modality>.logits`.
-
-        The output stride, 8, 16 or 32, says how many of the last stages keep their strides.
-
-        Raises:
-            InvalidInputError: the output stride is another.
-        """
+        """Return the layers of a branch of the fusion; the output stride is 8, 16 or 32."""
         return self.network(f"{modality}.", BRANCH_PREFIXES[modality], output_stride)
 
     def network(self, name: str, modules: str, output_stride: int | None = None) -> tuple[Layer, ...]:
-        """Return the layers `<name>input` → `<name>logits`, with modules whose names begin as asked for.
+        """Return the layers `<name>input` → `<name>logits`, with `modules` as the prefix of the modules' names.
 
         >>> [layer.weights for layer in ReferenceShape().network("", "")[:3:2]]
         ['backbone.conv1', 'backbone.layer1.0.downsample.0']

@@ -1,14 +1,14 @@
-"""One stage of a training: networks that are learned at once, resumable, with a log that curves are drawn from."""
+"""A stage of a training: networks that are learned together, with checkpoints and a log."""
 
 import json
 import math
-import pickle
 import struct
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Protocol
+from pickle import UnpicklingError
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -35,12 +35,11 @@ from sunset.training.network import (
     start_from_the_sum,
     upsample,
 )
-from sunset.training.training_log import truncate_log
 
 CHECKPOINT: Final = "checkpoint.pt"
 LOG: Final = "log.jsonl"
 CHECKPOINT_EVERY_S: Final = 120.0
-"""Seconds between checkpoints: of the two branches of `reference` learned at once, one takes 1 GB."""
+"""Seconds between checkpoints, which are large: 1 GB for both branches of `reference`."""
 
 Weights = Mapping[str, Tensor]
 """Tensors by name: a torch state dict."""
@@ -52,26 +51,25 @@ _UNREADABLE: Final = (
     RuntimeError,
     TypeError,
     ValueError,
-    pickle.UnpicklingError,
+    UnpicklingError,
     struct.error,
 )
-"""What reading a damaged checkpoint raises."""
+"""The exceptions of reading a damaged checkpoint."""
 
-
-class Progress(Protocol):
-    """Called now and then while something is being done; what it raises ends that in order."""
-
-    def __call__(self, what: str, done: int, total: int, note: str = "", /) -> None:
-        """Take what is being done, how much of it is done, how much there is, and a remark."""
+Progress = Callable[..., None]
+"""Called with a title, the work done, the work in all, and a remark; its exceptions end the training in order."""
 
 
 @dataclass(frozen=True, slots=True)
 class Training:
-    """What all stages of a training share.
+    """The parts of a training that its stages share; frames and `device` are torch's.
 
-    The frames that are learned from, with their checksum, and `validation`, on which the log's IoU is measured, are on
-    the device. Class weights (28,) are by stage. `begun` are the weights that the training starts from, empty for
-    random ones, and `origin` says which they are.
+    Attributes:
+        digest: the checksum of the frames.
+        validation: the frames of the log's IoU.
+        class_weights: (28,) by stage.
+        begun: the weights that the training starts from; empty for random weights.
+        origin: the name and version of their model.
     """
 
     config: TrainingConfig
@@ -86,30 +84,27 @@ class Training:
 
 
 class StageRun:
-    """A stage's modules, its optimiser, and how far it has come, which a folder keeps.
-
-    `known` are the weights of the stages before.
-    """
+    """A stage, whose progress a folder keeps; `known` are the weights of earlier stages."""
 
     def __init__(self, training: Training, stage: Stage, folder: Path, known: Weights) -> None:
         config = training.config
         torch.manual_seed(config.seed)
         self._training, self._config, self._stage, self._folder = training, config, stage, folder
         self._device = training.device
-        self.modules = build(config.plan(stage.learned))
-        own = self.modules.state_dict()
+        self._modules = build(config.plan(stage.learned))
+        own = self._modules.state_dict()
         if training.begun:
-            self.modules.load_state_dict({name: training.begun[name] for name in own})
+            self._modules.load_state_dict({name: training.begun[name] for name in own})
         elif stage.begun_with is not None:
             names = zip(own, build(config.plan((stage.begun_with,))).state_dict(), strict=True)
-            self.modules.load_state_dict({name: known[other] for name, other in names})
+            self._modules.load_state_dict({name: known[other] for name, other in names})
         elif stage.frozen:
-            start_from_the_sum(self.modules)
-        self.modules.to(self._device)
+            start_from_the_sum(self._modules)
+        self._modules.to(self._device)
         self._frozen = build(config.plan(stage.frozen)).to(self._device).eval()
         self._frozen.load_state_dict({name: known[name] for name in self._frozen.state_dict()})
         self._optimiser = torch.optim.AdamW(
-            _parameters(self.modules, stage.schedule.weight_decay), fused=True
+            _parameters(self._modules, stage.schedule.weight_decay), fused=True
         )
         self._learned_forward = torch.compile(forward) if training.compiled else forward
         self._weights = torch.from_numpy(training.class_weights[stage.name]).to(self._device)
@@ -120,15 +115,15 @@ class StageRun:
             self._description += f", from {training.origin}"
         self._options = describe_options(config, stage, frames=training.digest, origin=training.origin)
         self._step, self._seconds, self._since = 0, 0.0, 0.0
-        self._losses: list[Tensor] = []  # (losses,) a step since the last line of the log, on the device
+        self._losses: list[Tensor] = []  # of each step since the last line of the log
         self._kept: dict[int, dict[str, Tensor]] = {}
 
-    def fit(self, *, resume: bool, progress: Progress | None) -> None:
-        """Take all steps that are left; a checkpoint is written now and then, and when this is interrupted."""
+    def fit(self, *, resume: bool, progress: Progress | None) -> Weights:
+        """Take all remaining steps, and return the weights; write checkpoints regularly, and on an interruption."""
         self._folder.mkdir(parents=True, exist_ok=True)
         if resume and (self._folder / CHECKPOINT).exists():
             self._load()
-        truncate_log(self._folder / LOG, self._step, self._stage.learned)
+        _truncate(self._folder / LOG, self._step)
         schedule, note = self._stage.schedule, ""
         self._since = saved = time.perf_counter()
         with held_signals("Ending after this step.") as raise_signal:
@@ -147,6 +142,7 @@ class StageRun:
                 if last or time.perf_counter() - saved >= CHECKPOINT_EVERY_S:
                     self._save()
                     saved = time.perf_counter()
+        return {name: value.cpu() for name, value in self._modules.state_dict().items()}
 
     def _number(self) -> int:
         """Return the number of the next step's batch."""
@@ -158,8 +154,8 @@ class StageRun:
         schedule, frames = self._stage.schedule, self._training.frames
         phase = schedule.phase(self._step)
         batch = frames.batch(draw(len(frames), phase.batch, self._config.seed, self._number()))
-        self.modules.train()
-        for module in self.modules.modules():
+        self._modules.train()
+        for module in self._modules.modules():
             if isinstance(module, nn.BatchNorm2d):
                 module.momentum = phase.momentum
         for group in self._optimiser.param_groups:
@@ -193,9 +189,9 @@ class StageRun:
         return (*learned, "misaligned") if also else learned
 
     def _frozen_logits(self, batch: Batch) -> dict[str, Tensor]:
-        """Return the frozen branches' logits of the step's batch, and `moved`, those of its moved colour pictures.
+        """Return the frozen branches' logits of a batch, and `moved`, the logits of its moved colour pictures.
 
-        They are kept for when the batch comes again.
+        They are kept if batches repeat.
         """
         if not self._stage.frozen:
             return {}
@@ -212,7 +208,6 @@ class StageRun:
         return self._kept[number]
 
     def _run_frozen(self, names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Tensor]:
-        """Return frozen branches' logits of frames."""
         results = _inputs(names, bgr, depth)
         with self._autocast(), torch.no_grad():
             forward(self._config.plan(names), self._frozen, results)
@@ -221,8 +216,8 @@ class StageRun:
     def _misaligned(self, results: Mapping[str, Tensor]) -> Tensor:
         """Return the merged logits of a colour picture that is moved against the depth picture.
 
-        Only the merging layers learn from it. Frozen branches have seen the moved picture; of others the
-        logits are moved by whole cells, which is their picture's movement but for the borders.
+        Only the merging layers learn from it. Frozen branches have seen the moved picture; the logits of other branches
+        are moved by whole cells, which is the same except at the borders.
         """
         moved = results.get("moved")
         if moved is None:
@@ -232,27 +227,27 @@ class StageRun:
             moved = results["rgb.logits"].detach().roll(cells, (2, 3))
         merged = {"rgb.logits": moved, "depth.logits": results["depth.logits"].detach()}
         with self._autocast():
-            forward(self._config.plan(("fusion",)), self.modules, merged)
+            forward(self._config.plan(("fusion",)), self._modules, merged)
         return merged["fusion.logits"]
 
     def _autocast(self) -> torch.autocast:
-        """Return a context of bfloat16, or of float32 on a processor that would only emulate bfloat16."""
+        """Return a context of bfloat16, or of float32 on a processor without bfloat16."""
         slow = self._device.type == "cpu" and torch.backends.cpu.get_cpu_capability() in {"DEFAULT", "AVX2"}
         return torch.autocast(self._device.type, torch.bfloat16, enabled=not slow)
 
     def _logits(
         self, run: Callable[..., None], frames: Batch, output_stride: int | None, frozen: Mapping[str, Tensor]
     ) -> dict[str, Tensor]:
-        """Run the networks that are learned on frames; `frozen` are the frozen branches' logits of them."""
+        """Run the learned networks on frames; `frozen` are the frozen branches' logits."""
         learned = self._stage.learned
         results = {**frozen, **_inputs(learned, frames.bgr, frames.depth)}
         with self._autocast():
-            run(self._config.plan(learned, output_stride), self.modules, results)
+            run(self._config.plan(learned, output_stride), self._modules, results)
         return results
 
     def _iou(self) -> dict[str, float]:
-        """Return the mean over 48 held-out frames of each network's IoU, at the present phase's stride."""
-        self.modules.eval()
+        """Return each network's mean IoU on 48 held-out frames, at the stride of the phase."""
+        self._modules.eval()
         frames = self._training.validation
         stride = self._stage.schedule.phase(self._step - 1).output_stride
         known = np.linspace(0, len(frames) - 1, min(48, len(frames))).astype(int)
@@ -273,12 +268,8 @@ class StageRun:
         now = time.perf_counter()
         self._seconds, self._since = self._seconds + now - self._since, now
 
-    def _found_losses(self) -> Tensor:
-        """Return the losses (steps, losses) since the last line of the log, which the device is waited for.
-
-        Raises:
-            SunsetError: they are not finite.
-        """
+    def _recent_losses(self) -> Tensor:
+        """Return the losses (steps, losses) since the last line of the log, which must be finite."""
         names = self._losses_learned()
         losses = torch.stack(self._losses).cpu() if self._losses else torch.empty(0, len(names))
         for number, values in enumerate(losses.tolist()):
@@ -291,11 +282,11 @@ class StageRun:
         return losses
 
     def _log(self) -> str:
-        """Add a line to the log, with the mean losses since the one before; returns it in words."""
+        """Add a line to the log with the mean losses since the line before, and return it in words."""
         self._spend()
         schedule = self._stage.schedule
         rate = schedule.learning_rate_at(self._step - 1)
-        means = self._found_losses().double().mean(0).tolist()
+        means = self._recent_losses().double().mean(0).tolist()
         losses = {name: round(mean, 5) for name, mean in zip(self._losses_learned(), means, strict=True)}
         self._losses = []
         line: dict[str, object] = {"step": self._step, "learning_rate": round(rate, 8), **losses}
@@ -307,26 +298,24 @@ class StageRun:
         return "loss " + ", ".join(f"{name} {value:.3f}" for name, value in losses.items())
 
     def _save(self) -> None:
-        """Write a checkpoint; of a stage that is done, only what others need: a third of it."""
+        """Write a checkpoint; without the optimiser, two thirds of it, when the stage is finished."""
         self._spend()
         path = self._folder / CHECKPOINT
         temporary = path.with_suffix(".tmp")
         state = {
-            "modules": self.modules.state_dict(),
+            "modules": self._modules.state_dict(),
             "step": self._step,
             "seconds": self._seconds,
             "config": self._description,
             "options": self._options,
-            "losses": self._found_losses(),
+            "losses": self._recent_losses(),
             "random": torch.get_rng_state(),
         }
         if self._step < self._stage.schedule.steps:
             state["optimiser"] = self._optimiser.state_dict()
-        if self._device.type == "cuda":
-            state["cuda_random"] = torch.cuda.get_rng_state()
         try:
             torch.save(state, temporary)
-        except RuntimeError as error:  # whatever is wrong with the disk
+        except RuntimeError as error:  # an error of the disk
             temporary.unlink(missing_ok=True)
             raise OutputError(
                 f"The training cannot write {temporary}; is the disk full? ({error})"
@@ -335,7 +324,7 @@ class StageRun:
 
     def _load(self) -> None:
         path = self._folder / CHECKPOINT
-        check_archive(path, DataError(f"The checkpoint {path} is damaged: delete it, and train anew."))
+        check_archive(path, DataError(f"The checkpoint {path} is damaged: delete it, and train again."))
         try:
             state = torch.load(path, weights_only=True, map_location=self._device)
             if state["config"] != self._description:
@@ -343,14 +332,12 @@ class StageRun:
                     f"The checkpoint {path} is of another training: they differ in "
                     f"{describe_difference(state.get('options', {}), self._options)}; choose another folder."
                 )
-            self.modules.load_state_dict(state["modules"])
+            self._modules.load_state_dict(state["modules"])
             self._step, self._seconds = int(state["step"]), float(state["seconds"])
             if self._step < self._stage.schedule.steps:
                 self._optimiser.load_state_dict(state["optimiser"])
             self._losses = list(state["losses"])
             torch.set_rng_state(state["random"].cpu())
-            if "cuda_random" in state and self._device.type == "cuda":
-                torch.cuda.set_rng_state(state["cuda_random"].cpu())
         except _UNREADABLE as error:
             raise DataError(
                 f"The checkpoint {path} cannot be used ({type(error).__name__}: {error})."
@@ -358,7 +345,6 @@ class StageRun:
 
 
 def _inputs(names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Tensor]:
-    """Return the inputs of branches."""
     frames: dict[str, Tensor] = {}
     if "rgb" in names:
         frames["rgb.input"] = rgb_input(bgr)
@@ -368,7 +354,7 @@ def _inputs(names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Ten
 
 
 def _full_size(maps: Tensor, phase: tuple[int, int] = (0, 0), step: int = 1) -> Tensor:
-    """Return logits (N, 28, h, w) of any stride at the frames' size, or of every n-th pixel of it."""
+    """Return logits (N, 28, h, w) interpolated to the frames' size, or to every `step`-th pixel of it."""
     return upsample(maps.float(), WIDTH // maps.shape[3], phase, step, (HEIGHT, WIDTH))
 
 
@@ -376,3 +362,16 @@ def _parameters(modules: nn.Module, decay: float) -> list[dict[str, object]]:
     kernels = [p for p in modules.parameters() if p.ndim > 1]
     others = [p for p in modules.parameters() if p.ndim <= 1]
     return [{"params": kernels, "weight_decay": decay}, {"params": others, "weight_decay": 0.0}]
+
+
+def _truncate(log: Path, step: int) -> None:
+    """Drop an incomplete last line of a log, and the lines after a step, which a resumed training writes again."""
+    try:
+        text = log.read_text(encoding="utf-8") if step and log.exists() else ""
+        lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
+        kept = [line for line in lines if json.loads(line)["step"] <= step]
+    except (KeyError, TypeError, ValueError) as error:
+        raise DataError(
+            f"The training log {log} is damaged ({type(error).__name__}: {error}): delete its damaged lines."
+        ) from error
+    log.write_text("".join(kept), encoding="utf-8")

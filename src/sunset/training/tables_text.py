@@ -1,4 +1,4 @@
-"""Tables of IoU as Markdown and as rows, and whether they bear out what the project claims."""
+"""Tables of IoU as Markdown, CSV and JSON, with a check of the project's claims."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Final
@@ -9,7 +9,8 @@ from sunset.classes import CLASSES
 from sunset.perception import Modality
 from sunset.tables import markdown_table
 from sunset.texts import csv_text
-from sunset.training.tables import AXES, Entry, IouTables, Measured
+from sunset.training.evaluate import Measured
+from sunset.training.tables import AXES, Entry, IouTables
 
 _COMMON: Final = 0.005
 _LEARNED: Final = 0.3
@@ -59,7 +60,7 @@ def _cell(value: float) -> str:
 
 
 def claims(tables: IouTables) -> Iterator[str]:
-    """Yield a sentence for everything that the project claims of its models: that it holds, or that it does not."""
+    """Yield a sentence for each claim about the models, with its verdict."""
     for name, measured in tables.places().items():
         means = dict(zip(tables.networks, measured.per_image(), strict=True))
         for entry, value in means.items():
@@ -80,11 +81,11 @@ def _verdict(holds: bool) -> str:
 
 
 def _flying(tables: IouTables) -> dict[str, Entry]:
-    """Return the network that flies, by model: the fusion, if there is one."""
-    found: dict[str, Entry] = {}
+    """Return the first network of each model, which runs use: the fusion, if there is one."""
+    flying: dict[str, Entry] = {}
     for entry in tables.networks:
-        found.setdefault(entry.model, entry)
-    return found
+        flying.setdefault(entry.model, entry)
+    return flying
 
 
 def _weak_classes(tables: IouTables, name: str, measured: Measured) -> Iterator[str]:
@@ -108,31 +109,38 @@ def _order(tables: IouTables, name: str, means: dict[Entry, float]) -> Iterator[
 
 
 def iou_csv(tables: IouTables) -> str:
-    """Return one line a figure, with a line of names."""
+    """Return the figures as CSV, a figure in each row."""
     rows: list[list[object]] = [
         ["frames", "count", "measure", "class", "share_of_pixels", "model", "modality", "iou"]
     ]
     for name, measured in _groups(tables).items():
-        shares, by_class = measured.shares(), measured.by_class()
-        means = (("mean over frames", measured.per_image()), ("mIoU", measured.dataset()))
+        shares = measured.shares()
         for place, entry in enumerate(tables.networks):
             network = [entry.model, entry.modality.key]
-            for measure, values in means:
+            for measure, values in (
+                ("mean over frames", measured.per_image()),
+                ("mIoU", measured.dataset()),
+            ):
                 rows.append([name, len(measured), measure, "", "", *network, f"{values[place]:.6g}"])
-            for index in np.flatnonzero(~np.isnan(by_class[place])):
-                row = [name, len(measured), "class IoU", CLASSES[index], f"{shares[index]:.6g}", *network]
-                rows.append([*row, f"{by_class[place, index]:.6g}"])
+            for index, iou in _present(measured, place):
+                share = f"{shares[index]:.6g}"
+                rows.append([name, len(measured), "class IoU", CLASSES[index], share, *network, f"{iou:.6g}"])
     return csv_text(rows)
 
 
+def _present(measured: Measured, place: int) -> list[tuple[int, float]]:
+    """Return the classes present with a network, by index, and their IoU."""
+    return [(index, float(iou)) for index, iou in enumerate(measured.by_class()[place]) if not np.isnan(iou)]
+
+
 def _groups(tables: IouTables) -> dict[str, Measured]:
-    """Return all sets of frames that something is said about, by name."""
+    """Return all sets of frames by name."""
     along = {f"{axis} {value}": measured for axis in AXES for value, measured in tables.along(axis).items()}
     return tables.places() | along
 
 
 def iou_json(tables: IouTables) -> dict[str, object]:
-    """Return everything as an object that `json` writes."""
+    """Return all figures and claims as a JSON object."""
     return {
         "frames": {name: _object(tables, measured) for name, measured in _groups(tables).items()},
         "claims": list(claims(tables)),
@@ -140,7 +148,6 @@ def iou_json(tables: IouTables) -> dict[str, object]:
 
 
 def _object(tables: IouTables, measured: Measured) -> dict[str, object]:
-    by_class = measured.by_class()
     return {
         "count": len(measured),
         "share_of_pixels": dict(zip(CLASSES, measured.shares().tolist(), strict=True)),
@@ -148,10 +155,7 @@ def _object(tables: IouTables, measured: Measured) -> dict[str, object]:
             str(entry): {
                 "mean_over_frames": float(measured.per_image()[place]),
                 "miou": float(measured.dataset()[place]),
-                "classes": {
-                    CLASSES[index]: float(by_class[place, index])
-                    for index in np.flatnonzero(~np.isnan(by_class[place]))
-                },
+                "classes": {CLASSES[index]: iou for index, iou in _present(measured, place)},
             }
             for place, entry in enumerate(tables.networks)
         },

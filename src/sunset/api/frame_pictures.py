@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from sunset.calibration import Condition, effects, suite_strengths
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES, COLOURS, PALETTE
-from sunset.data import Frame, read_bag
-from sunset.data.frame import DEPTH_RANGE_M
+from sunset.data import DEPTH_RANGE_M, Frame, read_bag
 from sunset.errors import InvalidInputError
 from sunset.figures import drawing
 from sunset.metrics import count_classes, image_iou

@@ -282,6 +282,11 @@ def test_a_folder_that_cannot_be_made_is_an_output_error(tmp_path: Path) -> None
         RecordWriter(tmp_path / "file" / "r")
 
 
+def test_the_root_of_all_folders_is_no_record() -> None:
+    with pytest.raises(OutputError, match=r"A record needs a folder of its own, got /\."):
+        RecordWriter(Path("/"))
+
+
 def test_a_record_that_appeared_meanwhile_is_not_overwritten(tmp_path: Path) -> None:
     with RecordWriter(tmp_path / "r") as writer:
         (tmp_path / "r").mkdir()

@@ -41,6 +41,8 @@ class RecordWriter:
         self, folder: Path, *, images: bool = False, wanted: Callable[[str], bool] | None = None
     ) -> None:
         self._folder = Path(folder).absolute()
+        if not self._folder.name:
+            raise OutputError(f"A record needs a folder of its own, got {folder}.")
         self._partial = self._folder.with_name(f".{self._folder.name}{_SUFFIX}")
         self._payloads: list[Payload] = []
         self._keeps_images = images

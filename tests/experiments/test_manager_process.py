@@ -19,6 +19,7 @@ from sunset.errors import ExtensionError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, manager_checksum, run
 from sunset.experiments.manager import isolate
 from sunset.harness.confined_manager import ManagerProcess, manager_process
+from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms, register_manager, sources_digest
 from sunset.recording import StoredRun, read_run, read_stored_run
 from sunset.scenarios import load_scenario
@@ -113,7 +114,7 @@ def test_a_forked_copy_of_one_says_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux says how much memory is whose")
 def test_the_process_is_small() -> None:
-    with manager_process("baseline", limit_s=30.0) as process:
+    with manager_process(ManagerSpec(manager="baseline", limit_s=30.0)) as process:
         rollup = Path(f"/proc/{process.pid}/smaps_rollup").read_text(encoding="ascii")
     pages = {name: int(size) for name, size in re.findall(r"^(\w+): +(\d+) kB", rollup, re.MULTILINE)}
     assert pages["Pss"] < LARGEST_KIB

@@ -42,10 +42,10 @@ from sunset.managing import MANAGERS, ManagingSystem
 from sunset.metrics import Samples
 from sunset.perception import Model, find_device, load_model
 from sunset.perception import list_models as installed_models
+from sunset.processes.workers import Progress, Stages
 from sunset.scenarios import load_scenario, load_suite, suite_names
 from sunset.system import ENTROPY_SIGNAL, Fault, current_system
 from sunset.texts import shown
-from sunset.workers import Progress, Stages
 
 if TYPE_CHECKING:
     from sunset.training.curves import Curves

@@ -7,8 +7,8 @@ from pathlib import Path
 from sunset.api.options import as_path, check_flags, check_progress, count_of, whole_of
 from sunset.errors import InvalidInputError, OutputError
 from sunset.perception import Model, load_model
+from sunset.processes.workers import processors
 from sunset.texts import shown, suggestion
-from sunset.workers import processors
 
 
 def train_model(

@@ -18,7 +18,7 @@ from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.data.frame import Frame
 from sunset.errors import DataError, OutputError
 from sunset.input_files import file_digest, read_text
-from sunset.workers import Progress, check_jobs, processors, worker_pool
+from sunset.processes.workers import Progress, check_jobs, processors, worker_pool
 
 RENDER_VERSION: Final = 2
 """Grows whenever a rendered byte changes, so that flights in users' caches are rendered anew."""

@@ -6,8 +6,8 @@ from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.evaluation.results import FIGURES, RunRow, load_results
+from sunset.processes.workers import Progress
 from sunset.texts import csv_text, printable
-from sunset.workers import Progress
 
 RUNS_FORMATS: Final = ("csv", "json")
 

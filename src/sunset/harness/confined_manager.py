@@ -1,39 +1,46 @@
-"""A managing system behind walls, seen from the process that starts, watches and ends it."""
+"""A managing system in a confined process, seen from the process that starts, watches and ends it."""
 
-import atexit
 import math
 import os
-import signal
 import socket
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from pathlib import Path
-from types import MappingProxyType
 from typing import Final
 
 from msgspec import to_builtins
+from msgspec.structs import replace
 
-from sunset.confinement import ConfinedProcess, Confinement, View, copy_process
-from sunset.errors import InvalidInputError, ManagerError, OutputError, SunsetError
-from sunset.harness.manager_process import ENTRY, LoadedManager, ManagerTask, receive_loaded, run_manager
+from sunset.confinement import View
+from sunset.errors import InvalidInputError, ManagerError, OutputError
+from sunset.harness.manager_process import (
+    ENTRY,
+    LoadedManager,
+    ManagerSpec,
+    ManagerTask,
+    receive_loaded,
+    run_manager,
+)
 from sunset.harness.shown_files import check_shown
-from sunset.isolation import Patience, ProcessDeath
 from sunset.managing import (
     MANAGERS,
     ORACLE,
     PREFIX,
-    KnownScenario,
     contents_checksum,
     is_registered,
     parse_command,
 )
+from sunset.managing.command import Command
 from sunset.managing.files import check_sources, manager_code, manager_data
+from sunset.processes.patience import Patience
+from sunset.processes.process import Process, ProcessDeath, copy_process, killed_error
+from sunset.processes.server import ForkServer, shared_server
 from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
 from sunset.source_files import modules_beside
-from sunset.system import Value, loaded_extensions
+from sunset.system import loaded_extensions
 from sunset.texts import line_text, printable, shorten
 
 _LONGEST: Final = 2000
@@ -55,25 +62,20 @@ def _versions(module: str) -> tuple[tuple[str, str], ...]:
         return tuple((name, version(name)) for name in sorted(set(_distributions().get(module, ()))))
 
 
-_servers: dict[int, Confinement] = {}
-"""The server of each process, by its number: one that is forked has its own."""
-
-
 class ManagerProcess:
     """A managing system that has been loaded in a process of its own.
 
     Attributes:
         manager: its name, as of `load_manager`.
-        loaded: what it is.
-        pipe: what it is talked to through.
-        descriptors: the open files that a process needs that is forked to talk to it.
+        loaded: its description.
+        pipe: the connection to it.
     """
 
-    def __init__(self, manager: str, process: ConfinedProcess, *, limit_s: float, live: bool) -> None:
-        self.manager = manager
+    def __init__(self, spec: ManagerSpec, process: Process) -> None:
+        self.manager = spec.manager
         self.pipe = Pipe(process.socket, self._wait)
         self._process = process
-        self._patience = Patience(limit_s, live=live)
+        self._patience = Patience(spec.limit_s, live=spec.live)
         try:
             self.loaded: LoadedManager = receive_loaded(self.pipe, time.monotonic() + self.longest_s)
         except PipeError as error:
@@ -81,7 +83,7 @@ class ManagerProcess:
 
     @property
     def descriptors(self) -> frozenset[int]:
-        """The open files through which it is addressed."""
+        """The open files that a copy of this process needs to use it."""
         return self._process.descriptors
 
     @property
@@ -95,7 +97,7 @@ class ManagerProcess:
         return self._patience.longest_s
 
     def _wait(self, timeout_s: float | None) -> bool:
-        """Wait as `ConfinedProcess.wait`.
+        """Wait as `Process.wait`.
 
         Raises:
             SilenceError: it has taken too much time.
@@ -112,10 +114,10 @@ class ManagerProcess:
         return True
 
     def checksum(self) -> str:
-        """Return the SHA-256 of what stands in its files now, in hexadecimal; as `sunset.managing.checksum`.
+        """Return the SHA-256 of the present content of its files, in hexadecimal; as `sunset.managing.checksum`.
 
         Raises:
-            ManagerError: one of them is not there any more.
+            ManagerError: a file cannot be read any more.
         """
         try:
             return contents_checksum(map(Path, self.loaded.sources), self.loaded.others)
@@ -126,17 +128,17 @@ class ManagerProcess:
 
     def imported_versions(self) -> dict[str, str]:
         """Return the versions of the installed distributions that it has imported, by name."""
-        return dict(found for module in self.loaded.modules[:_MOST] for found in _versions(module))
+        return dict(pair for module in self.loaded.modules[:_MOST] for pair in _versions(module))
 
-    def describe(self, failure: PipeError, what: str) -> str:
+    def describe(self, failure: PipeError, consequence: str) -> str:
         """Return in a sentence how it has failed, and end it.
 
         Args:
-            failure: what came of the pipe.
-            what: says of the managing system what happened, such as `cannot be loaded`.
+            failure: the error of the pipe.
+            consequence: of the failure for the managing system, such as `cannot be loaded`.
 
         Raises:
-            SunsetError: its process was ended, and it is not the user's, so that the computer must be the reason.
+            SunsetError: the process of one of SUNSET's managing systems has ended, so the computer must be the reason.
         """
         if isinstance(failure, RaisedError):
             reason = shorten(str(failure), _LONGEST)
@@ -147,9 +149,11 @@ class ManagerProcess:
             death = self._process.death(late)
             if self.manager in MANAGERS:
                 raise killed_error(death, "managing system")
-            told = death.reason if isinstance(failure, EndError | SilenceError) else str(failure)
-            reason = f"{shorten(told, _LONGEST)}{_place(self.manager, death)}"
-        return printable(f"The managing system {self.manager} {what}: it {reason}.").replace("\n", "\\n")
+            text = death.reason if isinstance(failure, EndError | SilenceError) else str(failure)
+            reason = f"{shorten(text, _LONGEST)}{_place(self.manager, death)}"
+        return printable(f"The managing system {self.manager} {consequence}: it {reason}.").replace(
+            "\n", "\\n"
+        )
 
     def interrupt(self) -> None:
         """Shut the socket down, so that a waiting reader returns at once; safe in a signal handler."""
@@ -162,114 +166,86 @@ class ManagerProcess:
 
 
 @contextmanager
-def manager_process(
-    manager: str,
-    *,
-    limit_s: float,
-    variables: Sequence[str] = (),
-    parameters: Mapping[str, Value] = MappingProxyType({}),
-    log: bool = False,
-    live: bool = False,
-    describes_types: bool = False,
-    scenario: KnownScenario | None = None,
-) -> Iterator[ManagerProcess]:
+def manager_process(spec: ManagerSpec, *, describes_types: bool = False) -> Iterator[ManagerProcess]:
     """Load a managing system in a process of its own, which ends with the context.
 
-    It is forked from a clean server, and sees nothing of its user's but its files. What was passed as a class exists in
-    this process only, and is run by a copy of it.
+    The process is forked from a clean server, and sees of its user's files only those of the managing system. A class
+    that was passed in Python exists only in this process, and runs in a copy of it.
 
     Args:
-        manager: its name, as of `load_manager`.
-        limit_s: how long loading it, and each of its callbacks, may take, as of `Patience`.
-        variables: names of this process's environment variables that it gets.
-        parameters: of its node, by name.
-        log: whether what it logs goes to stderr, too.
-        live: whether it is of a live run.
-        describes_types: whether its node tells others what its types are made of.
-        scenario: that of the run, which only the oracle is told.
+        spec: the managing system.
+        describes_types: whether its node describes its types to other nodes.
 
     Raises:
         ManagerError: it cannot be loaded.
         InvalidInputError: one of the variables is not set.
         SunsetError: no process can be started.
     """
-    for name in variables:
+    for name in spec.variables:
         if name not in os.environ:
             raise InvalidInputError(
                 f"The environment variable {shorten(repr(name))} for the managing system is not set: export it, or "
                 "leave out its --manager-env."
             )
-    extensions = loaded_extensions()
-    command = parse_command(manager) if manager.startswith(PREFIX) else None
-    task = ManagerTask(
-        manager=str(command or manager),
-        folder=str(Path.cwd()),
-        extensions=tuple(extension.where for extension in extensions),
-        environment={name: os.environ[name] for name in variables},
-        parameters=dict(parameters),
-        log=log,
-        live=live,
-        describes_types=describes_types,
-        scenario=scenario if manager == ORACLE else None,
-    )
-    places: tuple[Path, ...] = ()
     try:
-        if is_registered(manager):
-            process = copy_process(run_manager, task)
-        else:
-            sources = [Path(extension.source) for extension in extensions]
-            beside = [file for source in sources for file in modules_beside(source.parent)]
-            folders, modules = ((), ()) if manager in MANAGERS and not extensions else manager_code(manager)
-            data = manager_data(manager)
-            view = View(
-                search=(*folders, *(source.parent for source in sources)),
-                modules=(*modules, *sources, *beside),
-                readable=(*data, *(command.places if command else ())),
-            )
-            places = (*view.modules, *view.readable)
-            check_shown(manager, places, (*data, *(command.files if command else ())))
-            process = _server().start(to_builtins(task), view)
+        process, view = _start(spec, describes_types)
     except OSError as error:
         raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error
     with process:
-        made = ManagerProcess(manager, process, limit_s=limit_s, live=live)
-        if not is_registered(manager):
-            check_sources(manager, made.loaded.sources, places)
-        yield made
+        manager = ManagerProcess(spec, process)
+        if view is not None:
+            check_sources(spec.manager, manager.loaded.sources, (*view.modules, *view.readable))
+        yield manager
 
 
-def start_server() -> None:
-    """Start ahead the server from which managing systems are forked, so that it imports meanwhile what they need."""
-    _server()
-
-
-def _server() -> Confinement:
-    own = os.getpid()
-    if own not in _servers or not _servers[own].is_running:
-        _servers[own] = Confinement(ENTRY)
-        atexit.register(_end_server, own)
-    return _servers[own]
-
-
-def _end_server(owner: int) -> None:
-    """End the server of a process that ends; not in those that were forked from it."""
-    if os.getpid() == owner and owner in _servers:
-        _servers.pop(owner).close()
-
-
-def killed_error(death: ProcessDeath, whose: str) -> SunsetError:
-    """Return what a user is told when a process was ended that does nothing that could be the reason."""
-    killed = signal.SIGKILL.name in death.reason
-    cause = ": it was killed, for instance for want of memory" if killed else ""
-    remedy = ", with fewer --jobs if memory was short" if killed else ""
-    return SunsetError(
-        f"The process of the {whose} {death.reason}{cause}; what was finished is kept: run the same command again"
-        f"{remedy}."
+def _start(spec: ManagerSpec, describes_types: bool) -> tuple[Process, View | None]:
+    """Start the process of a managing system; return also what it can see, None for a copy of this process."""
+    name = str(_command(spec.manager) or spec.manager)
+    task = ManagerTask(
+        spec=replace(spec, manager=name, scenario=spec.scenario if name == ORACLE else None),
+        folder=str(Path.cwd()),
+        extensions=tuple(extension.where for extension in loaded_extensions()),
+        environment={name: os.environ[name] for name in spec.variables},
+        describes_types=describes_types,
     )
+    if is_registered(spec.manager):
+        return copy_process(run_manager, task), None
+    view = _view(spec.manager)
+    return start_server().start(to_builtins(task), view), view
+
+
+def _view(manager: str) -> View:
+    """Return what the process of a managing system can see.
+
+    Raises:
+        ManagerError: the managing system would see flights, records or scenarios.
+    """
+    extensions, command = loaded_extensions(), _command(manager)
+    sources = [Path(extension.source) for extension in extensions]
+    beside = [file for source in sources for file in modules_beside(source.parent)]
+    folders, modules = ((), ()) if manager in MANAGERS and not extensions else manager_code(manager)
+    data = manager_data(manager)
+    view = View(
+        search=(*folders, *(source.parent for source in sources)),
+        modules=(*modules, *sources, *beside),
+        readable=(*data, *(command.places if command else ())),
+    )
+    check_shown(manager, (*view.modules, *view.readable), (*data, *(command.files if command else ())))
+    return view
+
+
+def _command(manager: str) -> Command | None:
+    """Return the command of a program that is a managing system."""
+    return parse_command(manager) if manager.startswith(PREFIX) else None
+
+
+def start_server() -> ForkServer:
+    """Return the server that managing systems are forked from, and start it unless it runs."""
+    return shared_server(ENTRY, "sunset.confinement:prepare")
 
 
 def _place(manager: str, death: ProcessDeath) -> str:
-    """Return where in a managing system's own file its process ended, if that is known."""
+    """Return the line of a managing system's file at which its process ended; empty if that is not known."""
     source = Path(manager.rpartition(":")[0])
     places = [
         line_text(source, line, function)

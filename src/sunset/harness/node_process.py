@@ -1,26 +1,25 @@
 """One node as a process of its own, on a live middleware.
 
 As a program, `python -m sunset.harness.node_process SPEC` runs the node of a `NodeSpec` in JSON; without an argument it
-forks processes that do so, for `sunset.forks`.
+forks processes that do so, for `sunset.processes.forking`.
 """
 
-import gc
-import json
 import os
 import signal
 import socket
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
-from sunset.forks import await_order, signal_after_parent
 from sunset.harness.deployment import deployed_parameters
+from sunset.processes.forking import signal_after_parent
+from sunset.processes.server import ForkServer, shared_server
 from sunset.rmw.backends import LIVE, live_middleware
 from sunset.rmw.core.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
@@ -29,7 +28,6 @@ from sunset.shortage import complaint
 from sunset.system import (
     HARNESS,
     MANAGING_SYSTEM,
-    Value,
     current_system,
     load_extension,
     loaded_extensions,
@@ -37,7 +35,7 @@ from sunset.system import (
 )
 
 MANAGER_FAILED: Final = 3
-"""The exit code of a process whose managing system behind walls has failed; its last line says how."""
+"""The exit code of a process whose confined managing system has failed; its last line says how."""
 
 _BAD_INPUT: Final = 2
 _PARTING_S: Final = 2.0
@@ -69,17 +67,11 @@ class NodeSpec:
     node: str
     """One of `node_names`."""
     manager: str | None = None
-    """Which managing system `MANAGING_SYSTEM` is; None for any other node."""
-    manager_limit_s: float | None = None
-    """Wall time that each callback of a managing system behind walls may take; None for one without walls."""
-    manager_env: Sequence[str] = ()
-    """Names of this process's environment variables that a managing system behind walls gets."""
-    parameters: Mapping[str, Value] = field(default_factory=dict)
-    """Parameters of the node of a managing system behind walls, by name."""
+    """The managing system that `MANAGING_SYSTEM` is, without walls; None for any other node."""
+    confined: Mapping[str, Any] | None = None
+    """The confined managing system that `MANAGING_SYSTEM` is, as a `ManagerSpec` in JSON; None for any other node."""
     occasion: str = ""
-    """What a managing system behind walls may fail in, in words."""
-    scenario: Mapping[str, object] | None = None
-    """The scenario that the oracle gets, as JSON; None for any other managing system."""
+    """The run of a confined managing system, in words."""
     middleware: str = LIVE
     network: bool = False
     """Whether to be heard beyond this computer."""
@@ -98,21 +90,17 @@ class NodeSpec:
         names = node_names()
         if self.node not in names:
             raise InvalidInputError(f"There is no node {self.node!r}; choose one of {', '.join(names)}.")
-        if (self.node == MANAGING_SYSTEM) != (self.manager is not None):
+        if (self.node == MANAGING_SYSTEM) == (self.manager is None and self.confined is None):
             raise InvalidInputError(
                 f"--manager says which managing system {MANAGING_SYSTEM} is, and no other node has one."
             )
-
-    def to_json(self) -> str:
-        """Return it as the argument of this program."""
-        return json.dumps(asdict(self))
 
 
 def run_node(spec: NodeSpec) -> str:
     """Run a node until its context is shut down: through its lifecycle, or by a signal.
 
     Returns:
-        How a managing system behind walls has failed, in a sentence; empty if it has not.
+        How a confined managing system has failed, in a sentence; empty if it has not.
 
     Raises:
         CallbackError: a callback of the managing system raised; that of another node is logged.
@@ -133,20 +121,12 @@ def run_node(spec: NodeSpec) -> str:
 
 
 def _runner(spec: NodeSpec) -> Callable[[Context], str]:
-    """Return what runs a node in a context; it returns how a managing system behind walls has failed."""
-    if spec.manager is not None and spec.manager_limit_s is not None:
+    """Return a function that runs a node in a context, and returns how a confined managing system has failed."""
+    if spec.confined is not None:
         from sunset.harness.live_manager import run_confined  # noqa: PLC0415  no other node needs it
-        from sunset.managing import KnownScenario  # noqa: PLC0415  likewise
+        from sunset.harness.manager_process import ManagerSpec  # noqa: PLC0415  likewise
 
-        return partial(
-            run_confined,
-            spec.manager,
-            limit_s=spec.manager_limit_s,
-            variables=spec.manager_env,
-            parameters=spec.parameters,
-            occasion=spec.occasion,
-            scenario=None if spec.scenario is None else msgspec.convert(spec.scenario, KnownScenario),
-        )
+        return partial(run_confined, msgspec.convert(spec.confined, ManagerSpec), occasion=spec.occasion)
     factory = _factory(spec)
 
     def run(context: Context) -> str:
@@ -165,12 +145,11 @@ def _runner(spec: NodeSpec) -> Callable[[Context], str]:
 
 
 def _factory(spec: NodeSpec) -> Callable[[Context], Node]:
-    """Return what makes a node."""
     if spec.manager is not None:
         from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
 
-        made = load_manager(spec.manager)
-        return lambda context: made(context=context)
+        manager_class = load_manager(spec.manager)
+        return lambda context: manager_class(context=context)
     node_class: Callable[..., Node] = current_system().node_class(spec.node)
     return lambda context: node_class(context=context)
 
@@ -205,12 +184,36 @@ def _watch_stdin() -> None:
     os._exit(1)
 
 
-def _main(text: str) -> int:
-    """Run the node of a specification in JSON; return the exit code."""
+def node_server() -> ForkServer:
+    """Return the server that live nodes are forked from, and start it unless it runs."""
+    return shared_server(f"{__name__}:run_forked", f"{__name__}:prepare", clean=False)
+
+
+def prepare() -> None:
+    """Import all that nodes need, so that the processes which are forked from this one have it."""
+    import setproctitle  # noqa: F401, PLC0415  an optional extra
+
+    import sunset.harness.live_manager  # noqa: F401, PLC0415  for a managing system
+
+    for name in _classes():
+        current_system().node_class(name)
+    live_middleware().prepare()
+
+
+def run_forked(_: socket.socket, task: Mapping[str, Any]) -> None:
+    """Run the node of a specification in this process, which a server has forked, and end it."""
+    os.environ.update(task["environment"])
+    code = _run_specified(task["spec"])
+    if task["spec"]["node"] == MANAGING_SYSTEM:
+        sys.exit(code)  # user code may have exit handlers
+    os._exit(code)  # the node has left the network; the interpreter would take a tenth of a second to tidy up
+
+
+def _run_specified(fields: Mapping[str, Any]) -> int:
+    """Run the node with the fields of a `NodeSpec`; return the exit code."""
     from setproctitle import setproctitle  # noqa: PLC0415  an optional extra
 
     try:
-        fields = json.loads(text)
         for extension in fields["extensions"]:
             load_extension(extension)
         spec = NodeSpec(**fields)
@@ -224,36 +227,7 @@ def _main(text: str) -> int:
         print(f"sunset: {sentence}", file=sys.stderr)  # noqa: T201  the last line of a node that could not run
         return _BAD_INPUT
     if failure:
-        # what the managing system has printed last may be a line without an end
+        # the last line that the managing system has printed may have no end
         print(f"\n{failure}", file=sys.stderr)  # noqa: T201  the last line, which the run reads
         return MANAGER_FAILED
     return 0
-
-
-def _serve() -> None:
-    """Import what nodes need, and run a node in every process that is forked from this one."""
-    import setproctitle  # noqa: F401, PLC0415  what is forked gets its name from it
-
-    import sunset.harness.live_manager  # noqa: F401, PLC0415  what a managing system needs
-
-    for name in _classes():
-        current_system().node_class(name)
-    live_middleware().prepare()
-    gc.freeze()  # the garbage collector would write to the pages that all forked processes share
-    with socket.socket(fileno=os.dup(0)) as orders:
-        words = await_order(orders)
-    if words is None:
-        return
-    (text,) = words
-    code = _main(text)
-    if json.loads(text)["node"] == MANAGING_SYSTEM:
-        sys.exit(code)  # user code may have exit handlers
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)  # the node has left the network; the interpreter would take a tenth of a second to tidy up
-
-
-if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        sys.exit(_main(sys.argv[1]))
-    _serve()

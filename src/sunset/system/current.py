@@ -13,7 +13,6 @@ from typing import Final
 
 from sunset.errors import ExtensionError
 from sunset.input_files import file_digest
-from sunset.interruption import noted_interrupts
 from sunset.source_files import compiled_checksum, import_file, import_place, is_edited
 from sunset.system.checks import check_added_signals
 from sunset.system.class_checks import check_fault_parameter, check_parameter, check_subclass
@@ -285,12 +284,12 @@ def _from_file(path: Path) -> tuple[ModuleType, Extension]:
 @contextmanager
 def _translated(where: object) -> Iterator[None]:
     """Turn what an extension raises when it is imported into one `ExtensionError`; what it prints goes to stderr."""
-    with redirect_stdout(sys.stderr), noted_interrupts() as interrupts:
+    with redirect_stdout(sys.stderr):
         try:
             yield
+        except KeyboardInterrupt:
+            raise
         except BaseException as error:
-            if interrupts:
-                raise
             raise ExtensionError(
                 f"The extension {where} cannot be imported: it raised {described_error(error)}{import_place(error)}."
             ) from error

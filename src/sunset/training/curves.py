@@ -25,11 +25,11 @@ from sunset.data import read_bag
 from sunset.errors import DataError
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device
+from sunset.processes.workers import Progress
 from sunset.seeding import generator
 from sunset.system import LoadedExtension, load_extension, loaded_extensions
 from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
-from sunset.workers import Progress
 
 BAND: Final = (0.5, 0.75)
 """A fault at suite strength should leave this share of the nominal IoU."""

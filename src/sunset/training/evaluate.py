@@ -8,10 +8,10 @@ import numpy.typing as npt
 
 from sunset.metrics import ClassCounts, class_iou, count_classes, image_iou
 from sunset.perception import Modality, Model, Segmenter
+from sunset.processes.workers import Progress
 from sunset.training.batches import FrameSet
 from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
-from sunset.workers import Progress
 
 
 @dataclass(frozen=True, slots=True, eq=False)

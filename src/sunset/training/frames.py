@@ -25,9 +25,9 @@ from sunset.data import (
 )
 from sunset.data.cache import RENDER_VERSION
 from sunset.errors import OutputError
+from sunset.processes.workers import worker_pool
 from sunset.training.batches import FrameSet
 from sunset.training.inputs import HEIGHT, WIDTH
-from sunset.workers import worker_pool
 
 TRAINING_TOWNS: Final = (2, 3, 4, 5, 6)
 VALIDATION_TOWN: Final = 7

@@ -14,9 +14,9 @@ from sunset import __version__
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import read_bag
 from sunset.perception import Model, Segmenter, load_model
+from sunset.processes.workers import Progress, spread
 from sunset.training.batches import FrameSet
 from sunset.training.spread import Arrays, keep
-from sunset.workers import Progress, spread
 
 Images: TypeAlias = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]
 """A frame: colours, depth and the true labels."""

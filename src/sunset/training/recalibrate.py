@@ -28,6 +28,7 @@ from sunset.data import FlightPlan, flight_bag, read_bag
 from sunset.errors import DataError, InvalidInputError, MissingExtraError, ModelError, OutputError
 from sunset.perception import Modality, Model, Segmenter, find_device, is_installed, load_model
 from sunset.perception.card import check_name
+from sunset.processes.workers import Stages
 from sunset.system import loaded_extensions
 from sunset.training.batches import FrameSet
 from sunset.training.calibrate import temperature_for
@@ -35,7 +36,6 @@ from sunset.training.curves import Case, Curves, curves_of, look
 from sunset.training.frames import COURSES_DEG, VALIDATION_TOWN, FrameCounts
 from sunset.training.over_frames import Images, over_frames
 from sunset.training.spread import Arrays
-from sunset.workers import Stages
 
 TEMPERATURE: Final = "temperature"
 """The name of the constant in a network's graph that the logits are divided by before the entropy."""

@@ -29,9 +29,9 @@ from sunset.errors import InvalidInputError
 from sunset.metrics import ClassCounts, class_iou, count_classes
 from sunset.metrics.timeline import Counts
 from sunset.perception import Modality, Model, Segmenter, find_device, load_model
+from sunset.processes.workers import Progress, spread
 from sunset.seeding import generator
 from sunset.training.frames import TEST_TOWN, VALIDATION_TOWN
-from sunset.workers import Progress, spread
 
 HELD_OUT: Final = (VALIDATION_TOWN, TEST_TOWN)
 """The towns that no network was trained on, beside the default flight's."""

@@ -18,6 +18,7 @@ from sunset.classes import CLASSES, COLOURS
 from sunset.errors import OutputError, RecordError
 from sunset.input_files import open_regular
 from sunset.output_files import write_text
+from sunset.processes.workers import Progress
 from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions
 from sunset.viewing.collecting import run_view
@@ -25,7 +26,6 @@ from sunset.viewing.document import LabelClass, Page, PicturesView, RunView
 from sunset.viewing.frames import is_shown
 from sunset.viewing.pictures import Placed, Source, make_pictures
 from sunset.viewing.words import compared
-from sunset.workers import Progress
 
 _BYTES: Final = 5_000_000
 """What a page of one run of `_BYTES_S` may have."""

@@ -16,11 +16,11 @@ from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
 from sunset.errors import RecordError
 from sunset.faults import DEPTH_COUNTS_PER_METRE
 from sunset.image_digests import Pixels, digest_of
+from sunset.processes.workers import Progress, processors
 from sunset.recording import StoredImage
 from sunset.system import TRUTH_TOPIC
 from sunset.viewing.document import DepthScale, PicturesView
 from sunset.viewing.labels import pack
-from sunset.workers import Progress, processors
 
 _QUALITIES: Final = {80: 1.0, 70: 0.8, 60: 0.7, 50: 0.62}
 """Quality of WebP → about how large a picture is, compared with the first one."""

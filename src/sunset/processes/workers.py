@@ -1,4 +1,4 @@
-"""Worker processes: how many there are changes no result."""
+"""Pools of worker processes; their number changes no result."""
 
 import multiprocessing
 import os
@@ -24,7 +24,7 @@ _QUOTAS: Final = (
     [Path("/sys/fs/cgroup/cpu.max")],
     [Path("/sys/fs/cgroup/cpu/cpu.cfs_quota_us"), Path("/sys/fs/cgroup/cpu/cpu.cfs_period_us")],
 )
-"""Where a container reads its quota of the processors' time and the period for that, in both versions of cgroups."""
+"""Where a container reads its quota of the processors' time and the period of it, in both versions of cgroups."""
 
 _STARTING: Final = threading.Lock()
 
@@ -32,10 +32,10 @@ _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
 
 Progress = Callable[[int, int], None]
-"""Called with how much is done and how much there is."""
+"""Called with the number of finished items, and of all."""
 
 Stages = Callable[[str, int, int], None]
-"""Called with what is being done, how much of it is done, and how much there is."""
+"""Called with the name of a stage, the number of its finished items, and of all its items."""
 
 
 def processors() -> int:
@@ -52,20 +52,19 @@ def processors() -> int:
 
 
 def check_jobs(jobs: int | None) -> None:
-    """Make sure that a number of worker processes, None for any, is one.
+    """Check a number of worker processes, where None stands for any.
 
     Raises:
-        InvalidInputError: it is less than 1, or no whole number.
+        InvalidInputError: the number is not an integer of at least 1.
     """
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1):
         raise InvalidInputError(f"There must be at least 1 job, got {shown(jobs)}.")
 
 
 class _Worker(SpawnProcess):
-    """A process that imports what it is to do, and not the script whose work that is, which would do it again."""
+    """A spawned process that does not import the script `__main__`, which would do its work again."""
 
     def start(self) -> None:
-        """Start it; meanwhile there is no script that Python could have it import."""
         with _STARTING:
             script = sys.modules["__main__"]
             sys.modules["__main__"] = ModuleType("__main__")
@@ -75,57 +74,29 @@ class _Worker(SpawnProcess):
                 sys.modules["__main__"] = script
 
 
-def _check_caller() -> None:
-    """Make sure that this process can have worker processes.
-
-    Raises:
-        InvalidInputError: it is one of `multiprocessing.Pool`.
-    """
-    if multiprocessing.current_process().daemon:
-        raise InvalidInputError(
-            "A daemonic process, such as one of multiprocessing.Pool, can have no worker processes: use "
-            "concurrent.futures.ProcessPoolExecutor."
-        )
-
-
 @contextmanager
 def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecutor]:
-    """Give worker processes, which end with the context: at once if it ends with an exception.
+    """Give a pool of worker processes, which end with the context: at once if it ends with an exception.
 
-    They also end when this process does, however it does. They leave interrupts to it, and print to stderr. They do not
-    import the script that this process runs, which therefore needs no guard.
+    They also end with this process, however it ends. They ignore interrupts and print to stderr. Scripts need no guard
+    `if __name__ == "__main__"`, since the workers do not import them.
 
     Args:
-        jobs: how many there are.
-        forked: whether they have what this process has defined, instead of importing what they need.
+        jobs: how many processes there are.
+        forked: whether they are copies of this process, with the classes that it has defined.
 
     Raises:
-        InvalidInputError: this process can have none.
+        InvalidInputError: this process cannot have worker processes.
         SunsetError: a worker process was killed.
     """
-    _check_caller()
-    context = ForkContext() if forked else SpawnContext()
     workers: list[BaseProcess] = []
-
-    def make(**options: Any) -> BaseProcess:
-        workers.append(ForkProcess(**options) if forked else _Worker(**options))
-        return workers[-1]
-
-    context.Process = make  # type: ignore[misc, assignment]  # what the pool calls it for
-    try:
-        pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up)
-    except OSError as error:
-        raise SunsetError(
-            f"Several processes need shared memory, which the system refused ({error.strerror}): let /dev/shm be "
-            "written to, or do with --jobs 1."
-        ) from error
+    pool = _new_pool(jobs, workers, forked=forked)
     try:
         with warnings.catch_warnings():
-            if forked:  # of Python from 3.12 on; the other threads that there may be are not needed there
+            if forked:  # Python 3.12 warns of other threads, which the workers do not need
                 warnings.simplefilter("ignore", DeprecationWarning)
             yield pool
     except BaseException as error:
-        # the results of running workers are not wanted any more
         for worker in workers:
             if worker.is_alive():
                 worker.terminate()
@@ -140,6 +111,29 @@ def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecu
         pool.shutdown(wait=True, cancel_futures=True)
 
 
+def _new_pool(jobs: int, workers: list[BaseProcess], *, forked: bool) -> ProcessPoolExecutor:
+    """Return a pool that appends its processes to a list."""
+    if multiprocessing.current_process().daemon:
+        raise InvalidInputError(
+            "A daemonic process, such as one of multiprocessing.Pool, can have no worker processes: use "
+            "concurrent.futures.ProcessPoolExecutor."
+        )
+
+    def start(**options: Any) -> BaseProcess:
+        workers.append(ForkProcess(**options) if forked else _Worker(**options))
+        return workers[-1]
+
+    context = ForkContext() if forked else SpawnContext()
+    context.Process = start  # type: ignore[misc, assignment]  # the pool calls it for each worker
+    try:
+        return ProcessPoolExecutor(jobs, mp_context=context, initializer=_set_up)
+    except OSError as error:
+        raise SunsetError(
+            f"Several processes need shared memory, which the system refused ({error.strerror}): let /dev/shm be "
+            "written to, or do with --jobs 1."
+        ) from error
+
+
 def spread(
     work: Callable[[_Item], _Result],
     items: Sequence[_Item],
@@ -147,17 +141,17 @@ def spread(
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Iterator[_Result]:
-    """Yield the result of every item, in their order.
+    """Yield the result of every item, in the order of the items.
 
     Args:
-        work: a function of a module, or a `partial` of one, since it goes to other processes.
-        items: what it is called with, one by one.
-        jobs: processes; as many as there are processors if None. With one it is this process.
-        progress: called with items done and items in all.
+        work: a function of a module, or a `partial` of one, since other processes import it.
+        items: its arguments.
+        jobs: worker processes, or None for as many as there are processors. With a single job, this process works.
+        progress: called after each item.
 
     Raises:
         InvalidInputError: `jobs` is less than 1.
-        SunsetError: a worker process was killed, or what `work` raised.
+        SunsetError: a worker process was killed, or `work` raised it.
     """
     check_jobs(jobs)
     count = min(jobs or processors(), max(len(items), 1))
@@ -172,10 +166,10 @@ def spread(
 def _set_up() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     sys.stdout = sys.stderr
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
-def _end_with_the_parent() -> None:
+def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from sunset import workers
 from sunset.errors import DataError, InvalidInputError, SunsetError
-from sunset.workers import processors, spread, worker_pool
+from sunset.processes import workers
+from sunset.processes.workers import processors, spread, worker_pool
 
 pytestmark = pytest.mark.thorough
 

@@ -358,14 +358,6 @@ def test_a_bystander_whose_name_is_not_utf8_hinders_nothing(sudden: str, tmp_pat
     assert manager_checksum(sudden, Settings()) == own
 
 
-def test_a_folder_whose_name_is_not_utf8_is_said_to_be_unfit(tmp_path: Path) -> None:
-    folder = tmp_path / os.fsdecode(b"caf\xe9")
-    folder.mkdir()
-    (folder / "sudden.py").write_text(SUDDEN, encoding="utf-8")
-    with pytest.raises(ManagerError, match="whose name is not UTF-8: rename it"):
-        manager_checksum(f"{folder / 'sudden.py'}:Sudden", Settings())
-
-
 def test_the_checksum_is_that_of_its_files(sudden: str, tmp_path: Path) -> None:
     one = manager_checksum(sudden, Settings())
     (tmp_path / "sudden.py").write_text(SUDDEN.replace("5.0", "6.0"), encoding="utf-8")

@@ -73,9 +73,6 @@ def restrict_files(
         writable: folders in which everything is allowed except making devices.
         devices: may be read and written.
         listed: folders that may be listed, with the folders in them.
-
-    Raises:
-        OSError: the kernel refuses.
     """
     version = landlock_version()
     if not version:

@@ -21,59 +21,45 @@ _ARCHITECTURES: Final = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
 Numbers = tuple[int, int]
 """Numbers of a system call on both architectures."""
 
-_DENIED: Final[Mapping[str, Mapping[str, Numbers]]] = {
-    "The keeper ends the process's group, which a process must not leave": {
-        "setsid": (112, 157),
-        "setpgid": (109, 154),
-    },
-    "These names outlive a process, and other processes can know them": {
-        "shmget": (29, 194),
-        "shmat": (30, 196),
-        "msgget": (68, 186),
-        "semget": (64, 190),
-        "mq_open": (240, 180),
-        "add_key": (248, 217),
-        "request_key": (249, 218),
-        "keyctl": (250, 219),
-    },
-    "In a new namespace a process has all capabilities": {
-        "unshare": (272, 97),
-        "setns": (308, 268),
-    },
-    "Its operations are no system calls, so that no filter sees them": {
-        "io_uring_setup": (425, 425),
-    },
-    "The right to read files, which a former root keeps, opens a file by its number, past the mounts": {
-        "open_by_handle_at": (304, 265),
-    },
-    "They tell which files are used in folders that the process cannot list": {
-        "inotify_add_watch": (254, 27),
-        "fanotify_init": (300, 262),
-    },
-    "Landlock denies it from version 3 on only": {
-        "truncate": (76, 45),
-    },
-    "They slow down other processes of the same user": {
-        "setpriority": (141, 140),
-        "ioprio_set": (251, 30),
-    },
+_DENIED: Final[Mapping[str, Numbers]] = {
+    # a process must not leave its group, which the keeper ends
+    "setsid": (112, 157),
+    "setpgid": (109, 154),
+    # names that outlive a process, and that other processes can know
+    "shmget": (29, 194),
+    "shmat": (30, 196),
+    "msgget": (68, 186),
+    "semget": (64, 190),
+    "mq_open": (240, 180),
+    "add_key": (248, 217),
+    "request_key": (249, 218),
+    "keyctl": (250, 219),
+    # a process has all capabilities in a new namespace
+    "unshare": (272, 97),
+    "setns": (308, 268),
+    # no filter sees its operations
+    "io_uring_setup": (425, 425),
+    # it opens files by their numbers, past the mounts, with the right to read files that a former root keeps
+    "open_by_handle_at": (304, 265),
+    # they tell which files are used in folders that the process cannot list
+    "inotify_add_watch": (254, 27),
+    "fanotify_init": (300, 262),
+    # Landlock denies it only from version 3 on
+    "truncate": (76, 45),
+    # they slow down other processes of the same user
+    "setpriority": (141, 140),
+    "ioprio_set": (251, 30),
 }
-"""Reason → system calls that are denied, whatever their arguments."""
 
-_CLONE: Final = (56, 220)
-_CLONE3: Final = (435, 435)
-_SOCKET: Final = (41, 198)
-_SOCKETPAIR: Final = (53, 199)
+_CLONE, _CLONE3, _SOCKET, _SOCKETPAIR = (56, 220), (435, 435), (41, 198), (53, 199)
 _OF_A_PROCESS: Final = ((302, 261), (203, 122), (144, 119), (142, 118), (314, 274))
 """prlimit64, sched_setaffinity, sched_setscheduler, sched_setparam, sched_setattr: denied except for the caller, 0."""
 _SIGNALS: Final = ((62, 129), (234, 131), (129, 138), (297, 240))
 """kill, tgkill, rt_sigqueueinfo, rt_tgsigqueueinfo: the first argument is the process."""
 _OTHER_SIGNALS: Final = ((200, 130), (424, 424))
 """tkill, pidfd_send_signal."""
-_FCNTL: Final = (72, 25)
-_IOCTL: Final = (16, 29)
-_OWNERS: Final = {_FCNTL: (8, 15), _IOCTL: (0x8901, 0x8902)}
-"""F_SETOWN, F_SETOWN_EX, FIOSETOWN, SIOCSPGRP: the process that gets signals of a file."""
+_OWNERS: Final = {(72, 25): (8, 15), (16, 29): (0x8901, 0x8902)}
+"""fcntl with F_SETOWN, F_SETOWN_EX; ioctl with FIOSETOWN, SIOCSPGRP: they choose who gets the signals of a file."""
 
 _NAMESPACES: Final = 0x7E020080  # time, mount, cgroup, UTS, IPC, user, process, network
 _FAMILIES: Final = (2, 10, 16)
@@ -109,11 +95,7 @@ def can_filter_calls() -> bool:
 
 
 def forgo_privileges() -> None:
-    """Never let this process, nor its children, gain privileges by executing a file; on Linux.
-
-    Raises:
-        OSError: the system refuses.
-    """
+    """Never let this process or its children gain privileges by executing a file; on Linux."""
     if sys.platform == "linux":
         checked(libc().prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0))
 
@@ -123,9 +105,6 @@ def filter_calls(*, signals: bool) -> None:
 
     Args:
         signals: whether Landlock restricts signals; if not, the process can signal only itself and its group.
-
-    Raises:
-        OSError: the system refuses.
     """
     if not can_filter_calls():
         return
@@ -155,9 +134,8 @@ def filter_program(*, signals: bool) -> bytes:
 
 def _tests() -> Iterator[tuple[Numbers, list[Instruction]]]:
     """Yield numbers of calls, and the instructions for each, which end in a return."""
-    for calls in _DENIED.values():
-        for numbers in calls.values():
-            yield numbers, [_RETURN_DENY]
+    for numbers in _DENIED.values():
+        yield numbers, [_RETURN_DENY]
     yield (
         _CLONE3,
         [(_RETURN, 0, 0, _UNKNOWN)],

@@ -1,4 +1,4 @@
-"""What the nodes that conduct a flight have in common: they start it, and inject the scenario's faults."""
+"""The base of nodes that conduct a flight: they start it, and inject the scenario's faults."""
 
 from collections.abc import Callable
 
@@ -19,11 +19,11 @@ class Conductor(Node):
         self._injector = self.create_client(Trigger, "/scenario_executor/inject")
 
     def start_flight(self, done: Callable[[bool, str], None]) -> None:
-        """Start the flight; `done` gets whether it has begun, and what the bag player says."""
+        """Start the flight; `done` gets whether it has begun, and the bag player's message."""
         self._ask(self._player, done)
 
     def inject(self, done: Callable[[bool, str], None]) -> None:
-        """Inject the faults; `done` gets whether all are injected, and what the scenario executor says."""
+        """Inject the faults; `done` gets whether all are injected, and the scenario executor's message."""
         self._ask(self._injector, done)
 
     def call_later(self, delay: float, function: Callable[[], None]) -> None:

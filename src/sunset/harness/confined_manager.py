@@ -4,7 +4,7 @@ import math
 import os
 import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
@@ -15,7 +15,8 @@ from msgspec import to_builtins
 from msgspec.structs import replace
 
 from sunset.confinement import View
-from sunset.errors import InvalidInputError, ManagerError, OutputError
+from sunset.data import cache_folder
+from sunset.errors import InvalidInputError, ManagerError, OutputError, ScenarioError
 from sunset.harness.manager_process import (
     ENTRY,
     LoadedManager,
@@ -24,7 +25,6 @@ from sunset.harness.manager_process import (
     receive_loaded,
     run_manager,
 )
-from sunset.harness.shown_files import check_shown
 from sunset.managing import (
     MANAGERS,
     ORACLE,
@@ -35,10 +35,14 @@ from sunset.managing import (
 )
 from sunset.managing.command import Command
 from sunset.managing.files import check_sources, manager_code, manager_data
-from sunset.processes.patience import Patience
+from sunset.processes.calls import Patience
 from sunset.processes.process import Process, ProcessDeath, copy_process, killed_error
 from sunset.processes.server import ForkServer, shared_server
-from sunset.rmw.remote import EndError, Pipe, PipeError, RaisedError, SilenceError
+from sunset.recording import PLAN_FILE, RUN_FILE
+from sunset.rmw.remote import EndError, Gateway, Pipe, PipeError, RaisedError, SilenceError
+from sunset.ros import Context
+from sunset.scenarios import load_scenario
+from sunset.scenarios.split_files import is_scenario_file
 from sunset.source_files import modules_beside
 from sunset.system import loaded_extensions
 from sunset.texts import line_text, printable, shorten
@@ -47,8 +51,10 @@ _LONGEST: Final = 2000
 """Longest failure text, in characters."""
 _LOOK_S: Final = 0.5
 
-_MOST: Final = 200
-"""More installed modules than a managing system imports."""
+_BAGS: Final = frozenset({".mcap", ".db3", ".bag"})
+"""Suffixes of bags, which hold flights with their labels, or runs."""
+_SYSTEM: Final = (Path("/proc"), Path("/sys"))
+"""Folders that describe processes: the experiment's command line names scenario and seed."""
 
 _distributions: Final = cache(packages_distributions)
 
@@ -128,7 +134,7 @@ class ManagerProcess:
 
     def imported_versions(self) -> dict[str, str]:
         """Return the versions of the installed distributions that it has imported, by name."""
-        return dict(pair for module in self.loaded.modules[:_MOST] for pair in _versions(module))
+        return dict(pair for module in self.loaded.modules for pair in _versions(module))
 
     def describe(self, failure: PipeError, consequence: str) -> str:
         """Return in a sentence how it has failed, and end it.
@@ -198,6 +204,46 @@ def manager_process(spec: ManagerSpec, *, describes_types: bool = False) -> Iter
         yield manager
 
 
+def run_confined(spec: ManagerSpec, context: Context, *, occasion: str) -> str:
+    """Join a live network for a confined managing system, until it leaves or fails, or the context is shut down.
+
+    This process waits while the managing system runs a callback; its QoS keeps messages meanwhile.
+
+    Returns:
+        How it has failed in the run `occasion`, in a sentence; empty if it has not.
+
+    Raises:
+        ManagerError: it cannot be loaded.
+        SunsetError: no process can be started for it.
+    """
+    middleware = context.middleware
+    failures: list[str] = []
+    moment = "could not be constructed"
+    with manager_process(spec, describes_types=middleware.describes_types) as process:
+        is_wanted = context.ok()
+
+        def leave() -> None:
+            nonlocal is_wanted
+            is_wanted = False
+            process.interrupt()
+
+        def note(failure: PipeError) -> None:
+            if is_wanted:  # else it was interrupted
+                failures.append(process.describe(failure, moment))
+
+        context.on_shutdown(leave)
+        gateway = Gateway(
+            middleware, process.pipe, limit_s=process.longest_s, end=middleware.shutdown, on_failure=note
+        )
+        if is_wanted:
+            gateway.start()
+        moment = f"failed in {occasion}"
+        while middleware.alive:
+            middleware.spin_once(None)
+        process.end()
+    return "".join(failures)
+
+
 def _start(spec: ManagerSpec, describes_types: bool) -> tuple[Process, View | None]:
     """Start the process of a managing system; return also what it can see, None for a copy of this process."""
     name = str(_command(spec.manager) or spec.manager)
@@ -230,8 +276,52 @@ def _view(manager: str) -> View:
         modules=(*modules, *sources, *beside),
         readable=(*data, *(command.places if command else ())),
     )
-    check_shown(manager, (*view.modules, *view.readable), (*data, *(command.files if command else ())))
+    _check_shown(manager, (*view.modules, *view.readable), (*data, *(command.files if command else ())))
     return view
+
+
+def _check_shown(manager: str, places: Iterable[Path], files: Iterable[Path]) -> None:
+    """Refuse a managing system that would see how its decisions are measured.
+
+    Args:
+        manager: its name.
+        places: the files and folders that its process may read, besides installed packages.
+        files: the data files among them and in its folders.
+
+    Raises:
+        ManagerError: one of them holds flights with their labels, a record or a scenario, or describes processes.
+    """
+    cache = cache_folder().resolve()
+    for place in places:
+        real = place.resolve()
+        if cache.is_relative_to(real) or real.is_relative_to(cache):
+            raise _refusal(manager, place, f"and {cache} is where SUNSET keeps flights and their labels")
+        if any(real.is_relative_to(folder) for folder in _SYSTEM):
+            raise _refusal(manager, place, "which tells of the computer and its processes")
+    for file in files:
+        real = file.resolve()
+        if real.suffix in _BAGS:
+            raise _refusal(manager, file, "which is a bag")
+        if real.name in {RUN_FILE, PLAN_FILE}:
+            raise _refusal(manager, file, "which is of the record of a run")
+        if _is_scenario(real):
+            raise _refusal(manager, file, "which is a scenario")
+
+
+def _refusal(manager: str, place: Path, reason: str) -> ManagerError:
+    return ManagerError(
+        f"The managing system {manager} names {place}, {reason}: keep its files in a folder of their own."
+    )
+
+
+def _is_scenario(file: Path) -> bool:
+    if not is_scenario_file(file):
+        return False
+    try:
+        load_scenario(file)
+    except ScenarioError:
+        return False
+    return True
 
 
 def _command(manager: str) -> Command | None:

@@ -5,10 +5,8 @@ forks processes that do so, for `sunset.processes.forking`.
 """
 
 import os
-import signal
 import socket
 import sys
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -18,7 +16,6 @@ import msgspec
 
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
 from sunset.harness.deployment import deployed_parameters
-from sunset.processes.forking import signal_after_parent
 from sunset.processes.server import ForkServer, shared_server
 from sunset.rmw.backends import LIVE, live_middleware
 from sunset.rmw.core.port import CallbackError
@@ -38,30 +35,23 @@ MANAGER_FAILED: Final = 3
 """The exit code of a process whose confined managing system has failed; its last line says how."""
 
 _BAD_INPUT: Final = 2
-_PARTING_S: Final = 2.0
-"""How long a node whose parent ended may take to leave the graph."""
 
 
 def node_names() -> list[str]:
-    """Return the nodes that can have a process."""
+    """Return the names of all nodes that can run."""
     return [*_classes(), MANAGING_SYSTEM]
 
 
 def _classes() -> list[str]:
-    """Return the nodes whose class the system names."""
     return [*current_system().nodes, *(node.name for node in HARNESS.values() if node.node_class)]
-
-
-def _loaded() -> tuple[str, ...]:
-    return tuple(extension.where for extension in loaded_extensions())
 
 
 @dataclass(frozen=True, kw_only=True)
 class NodeSpec:
-    """Which node a process runs, and where.
+    """The node that a process runs.
 
     Raises:
-        InvalidInputError: there is no such node, or a managing system is named where there is none to be.
+        InvalidInputError: the node does not exist, or a managing system is named for another node.
     """
 
     node: str
@@ -74,17 +64,17 @@ class NodeSpec:
     """The run of a confined managing system, in words."""
     middleware: str = LIVE
     network: bool = False
-    """Whether to be heard beyond this computer."""
+    """Whether the node is heard beyond this computer."""
     distro: str | None = None
-    """The ROS 2 distribution of the other nodes; None to find out."""
-    ends_with_stdin: bool = False
-    """Whether the process ends when its input does: with its parent, if that holds the other end of a pipe."""
+    """The ROS 2 distribution of the other nodes; None to detect it."""
     ros_arguments: Sequence[str] = ()
-    """What follows `--ros-args`."""
-    extensions: Sequence[str] = field(default_factory=_loaded)
-    """What the managed system is extended by: what is loaded when this is made."""
+    """The arguments after `--ros-args`."""
+    extensions: Sequence[str] = field(
+        default_factory=lambda: tuple(extension.where for extension in loaded_extensions())
+    )
+    """The extensions of the managed system; by default those that are loaded now."""
     faults: Sequence[str] = ()
-    """Those that a managed node may be given, where the catalogue does not list them all."""
+    """Faults of the scenario, which may be missing in the catalogue."""
 
     def __post_init__(self) -> None:
         names = node_names()
@@ -103,7 +93,7 @@ def run_node(spec: NodeSpec) -> str:
         How a confined managing system has failed, in a sentence; empty if it has not.
 
     Raises:
-        CallbackError: a callback of the managing system raised; that of another node is logged.
+        CallbackError: a callback of the managing system raised. Errors of other nodes are logged.
         SunsetError: the network cannot be joined, or the node cannot be made.
     """
     run = _runner(spec)
@@ -115,15 +105,13 @@ def run_node(spec: NodeSpec) -> str:
         words = ["--ros-args", *shared, *spec.ros_arguments]
         context.init(words, middleware=middleware, log_to_stderr=True)
         install_signal_handlers(context=context)
-        if spec.ends_with_stdin:
-            _end_with_stdin()
         return run(context)
 
 
 def _runner(spec: NodeSpec) -> Callable[[Context], str]:
     """Return a function that runs a node in a context, and returns how a confined managing system has failed."""
     if spec.confined is not None:
-        from sunset.harness.live_manager import run_confined  # noqa: PLC0415  no other node needs it
+        from sunset.harness.confined_manager import run_confined  # noqa: PLC0415  no other node needs it
         from sunset.harness.manager_process import ManagerSpec  # noqa: PLC0415  likewise
 
         return partial(run_confined, msgspec.convert(spec.confined, ManagerSpec), occasion=spec.occasion)
@@ -155,7 +143,7 @@ def _factory(spec: NodeSpec) -> Callable[[Context], Node]:
 
 
 def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> None:
-    """Run callbacks until the context is shut down; where `lasting`, one that raises is logged."""
+    """Run callbacks until the context is shut down; if `lasting`, log their errors."""
     while executor.context.ok():
         try:
             executor.spin()
@@ -167,33 +155,16 @@ def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> Non
             node.get_logger().error(str(error), throttle_duration_sec=10.0)
 
 
-def _end_with_stdin() -> None:
-    """End this process, as by SIGTERM, when no process holds the other end of stdin any more.
-
-    Where the system can, a process that is stopped then goes on, to see it.
-    """
-    signal_after_parent(signal.SIGCONT)
-    threading.Thread(target=_watch_stdin, daemon=True).start()
-
-
-def _watch_stdin() -> None:
-    while os.read(sys.stdin.fileno(), 4096):
-        pass
-    os.kill(os.getpid(), signal.SIGTERM)
-    threading.Event().wait(_PARTING_S)
-    os._exit(1)
-
-
 def node_server() -> ForkServer:
     """Return the server that live nodes are forked from, and start it unless it runs."""
     return shared_server(f"{__name__}:run_forked", f"{__name__}:prepare", clean=False)
 
 
 def prepare() -> None:
-    """Import all that nodes need, so that the processes which are forked from this one have it."""
+    """Import the modules of all nodes, so that they are loaded in processes that are forked from this one."""
     import setproctitle  # noqa: F401, PLC0415  an optional extra
 
-    import sunset.harness.live_manager  # noqa: F401, PLC0415  for a managing system
+    import sunset.harness.confined_manager  # noqa: F401, PLC0415  for a managing system
 
     for name in _classes():
         current_system().node_class(name)
@@ -201,12 +172,9 @@ def prepare() -> None:
 
 
 def run_forked(_: socket.socket, task: Mapping[str, Any]) -> None:
-    """Run the node of a specification in this process, which a server has forked, and end it."""
+    """Run the node of a task in this process, which a server has forked, and exit."""
     os.environ.update(task["environment"])
-    code = _run_specified(task["spec"])
-    if task["spec"]["node"] == MANAGING_SYSTEM:
-        sys.exit(code)  # user code may have exit handlers
-    os._exit(code)  # the node has left the network; the interpreter would take a tenth of a second to tidy up
+    sys.exit(_run_specified(task["spec"]))
 
 
 def _run_specified(fields: Mapping[str, Any]) -> int:

@@ -11,12 +11,13 @@ import socket
 import time
 import traceback
 from collections.abc import Callable, Collection
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, Final, TypeVar, cast
 
 from sunset import errors
 from sunset.errors import SunsetError
 from sunset.processes.forking import fill_standard_streams
-from sunset.processes.patience import Patience
 from sunset.processes.process import Process, ProcessDeath, copy_process
 
 T = TypeVar("T")
@@ -25,9 +26,64 @@ _POLL_S: Final = 0.05
 _GRACE_S: Final = 1.0
 """How long a process may take to end when its connection is closed."""
 _PART: Final = 1 << 16
+_LOOK_S: Final = 0.5
+_PATIENCE: Final = 10
+"""Seconds of wall time that a second of processor time may take."""
 _NAME_END: Final = 256
 _LONGEST: Final = 4000
 """Characters of a traceback in an answer."""
+
+
+class Patience:
+    """A limit of processor time.
+
+    Processes that sleep or wait for the network take no processor time, and may take ten times as long in wall time.
+    Systems without `/proc` have only this limit.
+
+    Args:
+        limit_s: seconds of processor time.
+        live: whether time is real, so that the limit is of wall time.
+
+    Attributes:
+        longest_s: seconds of wall time that the processes may take.
+    """
+
+    def __init__(self, limit_s: float, *, live: bool = False) -> None:
+        self.longest_s = limit_s if live else _PATIENCE * limit_s
+        self._limit_s = limit_s
+        self._since_s = self._next_s = 0.0
+        self._first_s: float | None = None
+
+    def passed(self, group: int, since_s: float) -> str:
+        """Return which limit was passed, as the end of a sentence; empty if none was.
+
+        Args:
+            group: the group of the processes, whose processor time is read every half second.
+            since_s: when the processes last showed a sign of life, by the clock `time.monotonic`.
+        """
+        now_s = time.monotonic()
+        if since_s != self._since_s:
+            self._since_s, self._next_s, self._first_s = since_s, since_s + _LOOK_S, None
+        if now_s > since_s + self.longest_s:
+            return f"did not return within {self.longest_s:g} s"
+        if now_s >= self._next_s:
+            taken_s = _processor_time(group)
+            self._next_s = now_s + _LOOK_S
+            self._first_s = taken_s if self._first_s is None else self._first_s
+            if taken_s - self._first_s > self._limit_s:
+                return f"did not return within {self._limit_s:g} s of processor time"
+        return ""
+
+
+def _processor_time(group: int) -> float:
+    """Return the seconds of processor time that a group of processes has taken; 0 where there is no `/proc`."""
+    ticks = 0
+    for file in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # the process has ended meanwhile
+            fields = file.read_bytes().rpartition(b")")[2].split()
+            if int(fields[2]) == group:
+                ticks += sum(map(int, fields[11:15]))  # with ended children
+    return ticks / os.sysconf("SC_CLK_TCK")
 
 
 class UnexpectedError(Exception):
@@ -71,11 +127,8 @@ class Watch:
 def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Collection[int] = ()) -> T:
     """Call a function in a copy of this process, and return its result.
 
-    Everything that the copy has started ends with it, except processes in sessions of their own.
-
     Args:
-        function: gets a `Watch`, and returns what JSON can hold. Interrupts are ignored there, and its output goes to
-            stderr.
+        function: returns what JSON can hold. Interrupts are ignored there, and its output goes to stderr.
         limit_s: seconds of processor time that it may take without a sign of life, as of `Patience`.
         kept: the pipes and sockets of this process that it keeps open.
 
@@ -120,11 +173,7 @@ def _own_error(name: str) -> type[SunsetError] | None:
 
 
 def _await_answer(process: Process, watch: Watch, limit_s: float) -> bytes:
-    """Return what a process answers when it has ended in order.
-
-    Raises:
-        ProcessDeath: it did not.
-    """
+    """Return the answer of a process; raise `ProcessDeath` unless it ends in order."""
     answer, patience = bytearray(), Patience(limit_s)
     while not process.ended or process.wait(0.0):
         if process.wait(_POLL_S):

@@ -47,8 +47,8 @@ class Files(NamedTuple):
     Attributes:
         keeper: the keeper's socket.
         connection: the process's socket.
-        printed: what the process prints to.
-        dying: where the process writes why and where it dies.
+        printed: for the process's output.
+        dying: for the reason and the place of the process's death.
     """
 
     keeper: int
@@ -58,40 +58,25 @@ class Files(NamedTuple):
 
 
 def send_document(connection: socket.socket, document: object) -> None:
-    """Send what JSON can hold."""
+    """Send an object as JSON."""
     text = json.dumps(document).encode()
     connection.sendall(_LENGTH.pack(len(text)) + text)
 
 
 def receive_document(connection: socket.socket) -> Any:
-    """Return what the other end sent by `send_document`.
-
-    Raises:
-        ConnectionError: the connection was closed early.
-    """
-    return json.loads(_receive(connection, _LENGTH.unpack(_receive(connection, _LENGTH.size))[0]))
+    """Return the object that the other end sends by `send_document`."""
+    (size,) = _LENGTH.unpack(connection.recv(_LENGTH.size, socket.MSG_WAITALL))
+    return json.loads(connection.recv(size, socket.MSG_WAITALL))
 
 
-def _receive(connection: socket.socket, size: int) -> bytes:
-    data = bytearray()
-    while len(data) < size:
-        part = connection.recv(size - len(data))
-        if not part:
-            raise ConnectionError("the connection was closed early")
-        data += part
-    return bytes(data)
-
-
-def keep(
-    function: Entry, files: Files, prepare: Preparation, kept: Collection[int] | None = None
-) -> NoReturn:
+def keep(function: Entry, files: Files, prepare: Preparation, kept: Collection[int] = ()) -> NoReturn:
     """Be a keeper: fork a process, and end this one when nothing is left of that process.
 
     Args:
         function: what the process runs.
         files: their open files.
         prepare: runs in the process before the function.
-        kept: the pipes and sockets that the process keeps open beside its files; None to close all other files.
+        kept: the pipes and sockets that the process keeps open besides its files.
     """
     code = 1
     try:
@@ -105,7 +90,7 @@ def keep(
         pid = os.fork()
         if pid == 0:
             _run(function, files, prepare, kept)
-        _close_others({files.keeper, ended.fileno(), noted.fileno()})
+        _close_connections({files.keeper, ended.fileno(), noted.fileno()})
         with socket.socket(fileno=files.keeper) as user:
             order = receive_document(user)
             with suppress(OSError):
@@ -122,7 +107,7 @@ def keep(
 
 
 def _await_end(pid: int, user: socket.socket, ended: socket.socket, grace_s: float) -> None:
-    """Return when a process has ended, or must be ended: the user has asked for it, or is gone for `grace_s`."""
+    """Return when a process has ended or must be killed; its user orders signals, or has ended `grace_s` ago."""
     limit_s = math.inf
     poll = select.poll()
     for end in (ended, user):
@@ -175,15 +160,6 @@ def remove_folder(folder: Path) -> None:
             subprocess.run([*command, "--", str(folder)], check=False, capture_output=True)  # noqa: S603  ours
 
 
-def _close_others(kept: set[int]) -> None:
-    """Close all files of this process except the standard streams and `kept`."""
-    first = 3
-    for file in sorted(kept):
-        os.closerange(first, file)
-        first = max(first, file + 1)
-    os.closerange(first, os.sysconf("SC_OPEN_MAX"))
-
-
 def _close_connections(kept: Collection[int]) -> None:
     """Close all pipes and sockets of this process except the standard streams and `kept`."""
     for entry in list(Path("/dev/fd").iterdir()):
@@ -194,7 +170,7 @@ def _close_connections(kept: Collection[int]) -> None:
                 os.close(file)
 
 
-def _run(function: Entry, files: Files, prepare: Preparation, kept: Collection[int] | None) -> NoReturn:
+def _run(function: Entry, files: Files, prepare: Preparation, kept: Collection[int]) -> NoReturn:
     """Prepare this process, and run the function."""
     code, parent = 1, os.getppid()
     try:
@@ -202,11 +178,7 @@ def _run(function: Entry, files: Files, prepare: Preparation, kept: Collection[i
         signal.set_wakeup_fd(-1)
         for number in (signal.SIGCHLD, signal.SIGCONT):
             signal.signal(number, signal.SIG_DFL)
-        own = {*files[1:]}
-        if kept is None:
-            _close_others(own)
-        else:
-            _close_connections(own.union(kept))
+        _close_connections({*files[1:], *kept})
         _print_to(files.printed)
         faulthandler.enable(files.dying, all_threads=False)
         connection = socket.socket(fileno=files.connection)

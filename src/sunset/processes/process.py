@@ -37,8 +37,6 @@ _PATIENCE_S: Final = 60.0
 """Longest wait for a keeper's message, which only a stopped server or keeper exceeds."""
 _UNPRINTABLE: Final = re.compile(r"[^\S\n\t ]|[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 _FRAME: Final = re.compile(r'File "(?P<file>[^"]+)", line (?P<line>\d+) in (?P<function>\S+)')
-_FAREWELL: Final = signal.SIGABRT
-"""The signal upon which a process writes where it hangs."""
 
 Frame = tuple[str, int, str]
 """File, line and function."""
@@ -74,8 +72,9 @@ class Process:
 
     Attributes:
         socket: a connected stream, whose other end the process has.
-        folder: the working directory of a confined process, and the only folder that it can write to; else None.
+        folder: the only folder that a confined process can write to, its working directory; else None.
         returncode: the exit code, as of `subprocess.Popen`; None while the process runs, or if its keeper was killed.
+        keeper_pid: the keeper, if it is a child of this process; else 0.
     """
 
     def __init__(
@@ -106,11 +105,7 @@ class Process:
 
     @property
     def pid(self) -> int:
-        """The process's number; waits until there is one.
-
-        Raises:
-            SunsetError: the server of the process has ended.
-        """
+        """The process's number; waits until the keeper has sent it."""
         while not self._pid:
             if self._ended:
                 raise server_error()
@@ -119,7 +114,7 @@ class Process:
 
     @property
     def descriptors(self) -> frozenset[int]:
-        """The open files that a process needs which is forked from the user's to use this one."""
+        """The open files that a copy of the user's process needs to use this one."""
         files = self.socket.fileno(), self._keeper.fileno(), self._dying, self._printed
         return frozenset(file for file in files if file is not None)
 
@@ -131,11 +126,9 @@ class Process:
         return self._ended
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait until something can be received, and show the output meanwhile: a full pipe would block the process.
+        """Return whether something can be received, or the stream has ended, before the process's end or a timeout.
 
-        Returns:
-            Whether something can be received, the end of the stream included; False after the process's end or the
-            timeout.
+        Meanwhile, show the output, since a full pipe would block the process.
         """
         limit_s = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
@@ -158,7 +151,7 @@ class Process:
         return self.ended
 
     def take_output(self) -> IO[str]:
-        """Return what the process prints as a file, which the caller closes; it is not shown any more."""
+        """Return the process's output as a file, which the caller closes."""
         assert self._printed is not None  # noqa: S101  taken once
         self._poll.unregister(self._printed)
         file, self._printed = self._printed, None
@@ -166,7 +159,7 @@ class Process:
         return os.fdopen(file, encoding=None, errors="replace")
 
     def send_signal(self, number: int) -> None:
-        """Send a signal to the process and to its group, unless it has ended."""
+        """Send a signal to the process and its group, unless it has ended."""
         with suppress(OSError):
             self._keeper.send(bytes([number]))
 
@@ -177,14 +170,13 @@ class Process:
     def death(self, reason: str = "") -> ProcessDeath:
         """End the process, and return how it ended, and where in its code if that is known.
 
-        Args:
-            reason: how, if the user knows: it `did not return within 30 s`, for instance. The process then has a second
-                to write where it is.
+        A `reason`, such as `did not return within 30 s`, takes precedence, and the process gets a second to write where
+        it is.
 
         Raises:
-            SunsetError: it could not be started, and has run nothing.
+            SunsetError: the process could not be started.
         """
-        self._end(_FAREWELL if reason else signal.SIGKILL)
+        self._end(signal.SIGABRT if reason else signal.SIGKILL)
         text = ""
         with suppress(BlockingIOError):
             text = os.read(self._dying, _PART).decode("utf-8", "replace")
@@ -226,22 +218,20 @@ class Process:
                 os.waitpid(self.keeper_pid, 0)
 
     def __enter__(self) -> Self:
-        """Return this process."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it."""
         self.close()
 
     def _ready(self, timeout_s: float | None) -> set[int]:
-        """Return the files that can be read, as soon as there are some; nothing after the timeout."""
+        """Wait for files that can be read, and return them; none after the timeout."""
         limit_ms = None if timeout_s is None else max(timeout_s, 0.0) * 1000
         return {file for file, _ in self._poll.poll(limit_ms)}
 
     def _hear(self) -> None:
-        """Receive the keeper's next message: the process's number, later its exit code; nothing if it was killed."""
+        """Receive the keeper's next message: the process's number, later its exit code."""
         self._keeper.settimeout(_PATIENCE_S)
         try:
             message = self._keeper.recv(STATUS.size, socket.MSG_WAITALL)
@@ -299,7 +289,7 @@ def _describe_end(code: int | None) -> str:
 
 
 def killed_error(death: ProcessDeath, owner: str) -> SunsetError:
-    """Return the error of a process whose own code cannot be the reason for its end; it was the process of `owner`."""
+    """Return the error of a process, of `owner`, whose end cannot be due to its own code."""
     killed = signal.SIGKILL.name in death.reason
     cause = ": it was killed, for instance for want of memory" if killed else ""
     remedy = ", with fewer --jobs if memory was short" if killed else ""
@@ -323,13 +313,9 @@ def open_process(
     """Return a process that is yet to be started, and its keeper's files.
 
     Args:
-        on_text: gets the process's output, up to 1 MiB, while the user waits for it; None if the process prints to this
-            one's stderr.
+        on_text: gets up to 1 MiB of output while the user waits for the process; None for output to stderr.
         has_folder: whether the process gets a temporary folder.
         grace_s: how long the process may go on after SIGTERM when its user has ended.
-
-    Raises:
-        OSError: there are no more files, or there is no place for a folder.
     """
     folder = Path(tempfile.mkdtemp(prefix="sunset-")).resolve() if has_folder else None
     connection, theirs = socket.socketpair()
@@ -353,15 +339,13 @@ def copy_process(
     on_text: Callable[[str], object] | None = show,
     kept: Collection[int] = (),
 ) -> Process:
-    """Start a copy of this process, for work that only this process can describe.
-
-    It has no walls, but ends as a confined process does, with all that it has started.
+    """Start a copy of this process, which calls a function with its socket and the task.
 
     Args:
-        function: gets its socket and the task.
-        task: anything.
+        function: any function.
+        task: any object.
         on_text: as of `open_process`.
-        kept: the pipes and sockets of this process that it keeps open.
+        kept: the pipes and sockets of this process that the copy keeps open.
 
     Raises:
         OSError: no process can be started.

@@ -43,9 +43,9 @@ class ForkServer:
     Args:
         entry: `module:function`, which each process calls with its socket and its task.
         prepare: `module:function`, which the server calls once.
-        clean: whether the server knows nothing of its user: neither environment, nor working directory, nor the places
-            of modules that are not installed.
-        folder: where a clean server finds modules besides the installed ones.
+        clean: whether the server has neither its user's environment, nor its working directory, nor modules that are
+            not installed.
+        folder: where a clean server finds other modules.
     """
 
     def __init__(self, entry: str, prepare: str, *, clean: bool = True, folder: Path = _PACKAGE) -> None:
@@ -72,17 +72,17 @@ class ForkServer:
         on_text: Callable[[str], object] = show,
         grace_s: float = 0.0,
     ) -> Process:
-        """Start a process, which may still be on its way when this returns.
+        """Start a process, without waiting for it.
 
         Args:
-            task: what the entry gets besides its socket; JSON must be able to hold it.
-            view: what the process can see; None if it has no walls.
+            task: of the process, as JSON can hold it.
+            view: the paths that a confined process sees; None for a process without walls.
             on_text: as of `open_process`.
             grace_s: as of `open_process`.
 
         Raises:
             SunsetError: the server has ended.
-            OSError: there is no place for the process's folder.
+            OSError: the process's folder cannot be made.
         """
         process, files = open_process(on_text, has_folder=view is not None, grace_s=grace_s)
         try:
@@ -119,22 +119,20 @@ class ForkServer:
         self._process.wait()
 
     def __enter__(self) -> Self:
-        """Return this server."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it."""
         self.close()
 
 
 _shared: dict[tuple[int, str], ForkServer] = {}
-"""The servers of this process, and of those that it was forked from, by process and entry."""
+"""Servers by process and entry; a fork of this process has the servers of its parent here, too."""
 
 
 def shared_server(entry: str, prepare: str, *, clean: bool = True) -> ForkServer:
-    """Return this process's server of an entry, as of `ForkServer`; start it if there is none that runs.
+    """Return this process's server of an entry, as of `ForkServer`, and start it unless it runs.
 
     A server that is started ahead imports modules meanwhile. It ends with this process at the latest.
     """
@@ -181,7 +179,7 @@ def _imported(place: str) -> Callable[..., Any]:
 
 
 def _prepare(connection: socket.socket) -> object:
-    """Read what this process gets, put up its walls if it has some, and return its task."""
+    """Receive the task of this process, put up its walls if it has any, and return the task."""
     document = receive_document(connection)
     if document["view"] is not None:
         _confine(Path(document["folder"]), document["view"])

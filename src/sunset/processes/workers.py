@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from math import ceil
 from multiprocessing.context import ForkContext, ForkProcess, SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
@@ -20,11 +20,8 @@ from typing import Any, Final, TypeVar
 from sunset.errors import InvalidInputError, SunsetError
 from sunset.texts import shown
 
-_QUOTAS: Final = (
-    [Path("/sys/fs/cgroup/cpu.max")],
-    [Path("/sys/fs/cgroup/cpu/cpu.cfs_quota_us"), Path("/sys/fs/cgroup/cpu/cpu.cfs_period_us")],
-)
-"""Where a container reads its quota of the processors' time and the period of it, in both versions of cgroups."""
+_QUOTA: Final = Path("/sys/fs/cgroup/cpu.max")
+"""A container's quota of the processors' time, and its period."""
 
 _STARTING: Final = threading.Lock()
 
@@ -41,13 +38,9 @@ Stages = Callable[[str, int, int], None]
 def processors() -> int:
     """Return how many processors this process may use, a container's quota rounded up."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    for files in _QUOTAS:
-        try:
-            quota, period = " ".join(file.read_text(encoding="utf-8") for file in files).split()
-        except (OSError, ValueError):
-            continue
-        if quota.isdecimal():  # neither "max" nor -1
-            count = min(count, ceil(int(quota) / int(period)))
+    with suppress(OSError, ValueError):  # without a container, there is no file, or a quota "max"
+        quota, period = map(int, _QUOTA.read_text(encoding="utf-8").split())
+        count = min(count, ceil(quota / period))
     return max(count, 1)
 
 

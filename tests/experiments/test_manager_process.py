@@ -115,7 +115,7 @@ def test_a_forked_copy_of_one_says_nothing(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux says how much memory is whose")
 def test_the_process_is_small() -> None:
     with manager_process(ManagerSpec(manager="baseline", limit_s=30.0)) as process:
-        rollup = Path(f"/proc/{process.pid}/smaps_rollup").read_text(encoding="ascii")
+        rollup = Path(f"/proc/{process.process.pid}/smaps_rollup").read_text(encoding="ascii")
     pages = {name: int(size) for name, size in re.findall(r"^(\w+): +(\d+) kB", rollup, re.MULTILINE)}
     assert pages["Pss"] < LARGEST_KIB
     assert pages["Private_Dirty"] < LARGEST_KIB
@@ -142,7 +142,7 @@ def test_what_comes_with_sunset_and_is_killed_ends_the_run(
     checksum = ManagerProcess.checksum
 
     def kill(process: ManagerProcess) -> str:
-        os.kill(process.pid, signal.SIGKILL)
+        os.kill(process.process.pid, signal.SIGKILL)
         return checksum(process)
 
     monkeypatch.setattr(ManagerProcess, "checksum", kill)

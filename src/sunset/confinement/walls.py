@@ -1,6 +1,7 @@
 """The walls around a confined process: their order, and those that a system lacks."""
 
 import os
+import resource
 import site
 import sys
 import sysconfig
@@ -11,7 +12,6 @@ from pathlib import Path
 from typing import Final, Self
 
 from sunset.confinement.landlock import SCOPES_SINCE, landlock_version, restrict_files
-from sunset.confinement.limits import limit_resources
 from sunset.confinement.namespaces import can_enclose, enclose
 from sunset.confinement.privileges import drop_root
 from sunset.confinement.seccomp import can_filter_calls, filter_calls, filter_program, forgo_privileges
@@ -23,6 +23,13 @@ WALLS: Final = {
     "namespaces": "it may ask by stat whether a path exists, and fill the disk",
 }
 """The walls that a system may lack: name → the consequence."""
+
+MEMORY: Final = 4 << 30
+"""Bytes of memory that a process may take: a learned managing system brings its framework."""
+_FILE: Final = 256 << 20
+_OPEN_FILES: Final = 256
+_TASKS: Final = 256
+"""Processes and threads that there may be besides the present ones."""
 
 _PACKAGE: Final = Path(__file__).parents[1]
 _HIDDEN: Final = (_PACKAGE / "wild").resolve()
@@ -104,7 +111,7 @@ def put_up(view: View, folder: Path) -> None:
         OSError: the system refuses a wall that it has.
     """
     seen = (*_needed(), *view.modules, *view.readable)
-    limit_resources()
+    _limit_resources()
     if enclosing():
         enclose((*seen, *_DEVICES), folder)
     drop_root(folder)
@@ -144,6 +151,40 @@ def _without_hidden(place: Path) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     parts = [_without_hidden(part) for part in sorted(real.iterdir()) if real in part.resolve().parents]
     readable = tuple(path for paths, _ in parts for path in paths)
     return readable, (real, *(path for _, paths in parts for path in paths))
+
+
+def limit_memory() -> None:
+    """Let this process take 4 GiB of memory beyond the memory that it has, on Linux, and leave no core dump."""
+    _lower(resource.RLIMIT_CORE, 0)
+    size = Path("/proc/self/statm")
+    if size.exists():
+        taken = int(size.read_text(encoding="ascii").split()[5]) * resource.getpagesize()
+        _lower(resource.RLIMIT_DATA, taken + MEMORY)
+
+
+def _limit_resources() -> None:
+    """Limit the resources of this process and of its children."""
+    _lower(resource.RLIMIT_DATA, MEMORY)
+    _lower(resource.RLIMIT_FSIZE, _FILE)
+    _lower(resource.RLIMIT_NOFILE, _OPEN_FILES)
+    _lower(resource.RLIMIT_CORE, 0)
+    if sys.platform == "linux":
+        _lower(resource.RLIMIT_NPROC, _TASKS + _tasks())
+        # where memory is short, this process goes first
+        Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
+
+
+def _lower(kind: int, limit: int) -> None:
+    _, hard = resource.getrlimit(kind)
+    limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+    resource.setrlimit(kind, (limit, limit))
+
+
+def _tasks() -> int:
+    """Return an upper bound of the user's present processes and threads; root becomes a user without any."""
+    if os.geteuid() == 0:
+        return 0
+    return int(Path("/proc/loadavg").read_text(encoding="ascii").split()[3].partition("/")[2])
 
 
 @cache

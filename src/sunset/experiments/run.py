@@ -218,7 +218,7 @@ def _run_simulated(
             with system_with(fault.name for fault in spec.scenario.faults):
                 observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
                 start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
-            manager.end()
+            manager.process.kill()
             writer.hand_over()
             return {
                 "start_ns": start_ns,
@@ -230,7 +230,7 @@ def _run_simulated(
         found = manager.checksum()
         _check_same(spec.manager, found, known)
         nodes = current_system().nodes if spec.extensions else ()
-        told = isolate(spec, run_isolated, kept=manager.descriptors, nodes=nodes)
+        told = isolate(spec, run_isolated, kept=manager.process.descriptors, nodes=nodes)
         _check_same(spec.manager, manager.checksum(), found)
     writer.take_over()
     return _Outcome(

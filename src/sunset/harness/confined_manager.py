@@ -75,32 +75,20 @@ class ManagerProcess:
         manager: its name, as of `load_manager`.
         loaded: its description.
         pipe: the connection to it.
+        process: its process.
+        longest_s: seconds of wall time that loading it, and each of its callbacks, may take.
     """
 
     def __init__(self, spec: ManagerSpec, process: Process) -> None:
         self.manager = spec.manager
         self.pipe = Pipe(process.socket, self._wait)
-        self._process = process
+        self.process = process
         self._patience = Patience(spec.limit_s, live=spec.live)
+        self.longest_s = self._patience.longest_s
         try:
             self.loaded: LoadedManager = receive_loaded(self.pipe, time.monotonic() + self.longest_s)
         except PipeError as error:
             raise ManagerError(self.describe(error, "cannot be loaded")) from error
-
-    @property
-    def descriptors(self) -> frozenset[int]:
-        """The open files that a copy of this process needs to use it."""
-        return self._process.descriptors
-
-    @property
-    def pid(self) -> int:
-        """The number of its process."""
-        return self._process.pid
-
-    @property
-    def longest_s(self) -> float:
-        """Seconds of wall time that it may take."""
-        return self._patience.longest_s
 
     def _wait(self, timeout_s: float | None) -> bool:
         """Wait as `Process.wait`.
@@ -110,10 +98,10 @@ class ManagerProcess:
         """
         since_s = time.monotonic()
         end_s = math.inf if timeout_s is None else since_s + timeout_s
-        while not self._process.wait(min(_LOOK_S, end_s - time.monotonic())):
-            if self._process.ended:
+        while not self.process.wait(min(_LOOK_S, end_s - time.monotonic())):
+            if self.process.ended:
                 return False
-            if late := self._patience.passed(self._process.pid, since_s):
+            if late := self._patience.passed(self.process.pid, since_s):
                 raise SilenceError(late)
             if time.monotonic() >= end_s:
                 raise SilenceError(f"did not return within {self.longest_s:g} s")
@@ -152,7 +140,7 @@ class ManagerProcess:
             late = str(failure) if isinstance(failure, SilenceError) else ""
             if late and self.manager.startswith(PREFIX):
                 late += "; its program must answer each line, and flush its output"
-            death = self._process.death(late)
+            death = self.process.death(late)
             if self.manager in MANAGERS:
                 raise killed_error(death, "managing system")
             text = death.reason if isinstance(failure, EndError | SilenceError) else str(failure)
@@ -164,11 +152,7 @@ class ManagerProcess:
     def interrupt(self) -> None:
         """Shut the socket down, so that a waiting reader returns at once; safe in a signal handler."""
         with suppress(OSError):  # it has ended
-            self._process.socket.shutdown(socket.SHUT_RDWR)
-
-    def end(self) -> None:
-        """End it, after printing all its remaining output."""
-        self._process.kill()
+            self.process.socket.shutdown(socket.SHUT_RDWR)
 
 
 @contextmanager
@@ -240,7 +224,7 @@ def run_confined(spec: ManagerSpec, context: Context, *, occasion: str) -> str:
         moment = f"failed in {occasion}"
         while middleware.alive:
             middleware.spin_once(None)
-        process.end()
+        process.process.kill()
     return "".join(failures)
 
 

@@ -118,10 +118,9 @@ class Operator(Conductor):
         self._note("monitor", message)
         for name, value in read_parameters(message.bb_params).items():
             # states are printed on a terminal, and anything may publish on this topic
-            is_state = name in self._states and isinstance(value, str) and value.isalpha()
-            if (is_state and len(value) < _LONGEST) or (
-                name in self._outputs.values() and isinstance(value, float)
-            ):
+            is_word = isinstance(value, str) and value.isalpha() and len(value) < _LONGEST
+            is_frequency = name in self._outputs.values() and isinstance(value, float)
+            if is_frequency or (name in self._states and is_word):
                 self._blackboard[name] = value
         is_up = all(
             self._blackboard.get(state_entry(node))

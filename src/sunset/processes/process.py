@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Final, Self
 
-from sunset.confinement.limits import MEMORY, limit_memory
+from sunset.confinement.walls import MEMORY, limit_memory
 from sunset.errors import SunsetError
 from sunset.processes.forking import fork
 from sunset.processes.keeper import (

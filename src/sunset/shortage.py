@@ -38,8 +38,8 @@ _STARTERS: Final = frozenset({"fork", "forkpty", "fork_exec", "_fork_exec", "pos
 def complaint(error: Exception) -> str:
     """Return a sentence on an error that is not a bug; empty for a bug.
 
-    >>> complaint(SunsetError("There is no seed -1"))
-    'There is no seed -1.'
+    >>> complaint(SunsetError("The seed is negative"))
+    'The seed is negative.'
     >>> complaint(ValueError("a bug"))
     ''
     """

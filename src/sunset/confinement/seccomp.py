@@ -1,7 +1,7 @@
-"""A filter of system calls, which refuses with EPERM those that Landlock, namespaces and the user leave open.
+"""A filter of system calls, which denies the calls that Landlock, namespaces and the user leave open.
 
-The filter is a program of the kernel's packet filter; `seccomp(2)` describes its input. Numbers of system calls are
-those of x86-64 and of aarch64.
+The filter is a program of the kernel's packet filter; `seccomp(2)` describes its input. System calls have the numbers
+of x86-64 and of aarch64.
 """
 
 import ctypes
@@ -41,7 +41,7 @@ _DENIED: Final[Mapping[str, Numbers]] = {
     "io_uring_setup": (425, 425),
     # it opens files by their numbers, past the mounts, with the right to read files that a former root keeps
     "open_by_handle_at": (304, 265),
-    # they tell which files are used in folders that the process cannot list
+    # they show which files are used in folders that the process cannot list
     "inotify_add_watch": (254, 27),
     "fanotify_init": (300, 262),
     # Landlock denies it only from version 3 on
@@ -162,11 +162,11 @@ def _signal_tests() -> Iterator[tuple[Numbers, list[Instruction]]]:
 
 
 def _argument(index: int) -> Instruction:
-    """Load the lower half of an argument; both architectures have the lower half first."""
+    """Return an instruction that loads the lower half of an argument, which is first on both architectures."""
     return _LOAD, 0, 0, _ARGUMENTS + 8 * index
 
 
 def _allow_any(values: Iterable[int]) -> list[Instruction]:
-    """Allow the call if the loaded value is one of some, and deny it otherwise."""
+    """Allow the call for some loaded values, and deny it for all others."""
     allowed = [part for value in values for part in ((_EQUAL, 0, 1, value), _RETURN_ALLOW)]
     return [*allowed, _RETURN_DENY]

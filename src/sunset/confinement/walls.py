@@ -1,4 +1,4 @@
-"""The walls around a confined process: their order, and those that a system lacks."""
+"""The walls around a confined process: their order, and the walls that a system lacks."""
 
 import os
 import resource
@@ -91,7 +91,7 @@ def missing_walls() -> dict[str, str]:
 
 
 def confinement_report() -> str:
-    """Return the walls that this system has, and the consequences of those that it lacks, in words."""
+    """Return the walls that this system has, and the consequences of the missing walls, in words."""
     missing = {name: f"no {name}: {text}" for name, text in missing_walls().items()}
     walls = [
         missing.get("Landlock", f"Landlock {landlock_version()}"),
@@ -105,7 +105,7 @@ def confinement_report() -> str:
 
 
 def put_up(view: View, folder: Path) -> None:
-    """Restrict this process, and what it starts, to a view and a folder, for ever.
+    """Restrict this process and its children to a view and a folder, for ever.
 
     Raises:
         OSError: the system refuses a wall that it has.

@@ -91,11 +91,7 @@ class ManagerProcess:
             raise ManagerError(self.describe(error, "cannot be loaded")) from error
 
     def _wait(self, timeout_s: float | None) -> bool:
-        """Wait as `Process.wait`.
-
-        Raises:
-            SilenceError: it has taken too much time.
-        """
+        """Wait as `Process.wait`; raise a `SilenceError` after too much time."""
         since_s = time.monotonic()
         end_s = math.inf if timeout_s is None else since_s + timeout_s
         while not self.process.wait(min(_LOOK_S, end_s - time.monotonic())):
@@ -229,7 +225,7 @@ def run_confined(spec: ManagerSpec, context: Context, *, occasion: str) -> str:
 
 
 def _start(spec: ManagerSpec, describes_types: bool) -> tuple[Process, View | None]:
-    """Start the process of a managing system; return also what it can see, None for a copy of this process."""
+    """Start the process of a managing system; return also its view, None for a copy of this process."""
     name = str(_command(spec.manager) or spec.manager)
     task = ManagerTask(
         spec=replace(spec, manager=name, scenario=spec.scenario if name == ORACLE else None),
@@ -245,11 +241,7 @@ def _start(spec: ManagerSpec, describes_types: bool) -> tuple[Process, View | No
 
 
 def _view(manager: str) -> View:
-    """Return what the process of a managing system can see.
-
-    Raises:
-        ManagerError: the managing system would see flights, records or scenarios.
-    """
+    """Return the paths that the process of a managing system sees; no flights, records or scenarios."""
     extensions, command = loaded_extensions(), _command(manager)
     sources = [Path(extension.source) for extension in extensions]
     beside = [file for source in sources for file in modules_beside(source.parent)]
@@ -271,9 +263,6 @@ def _check_shown(manager: str, places: Iterable[Path], files: Iterable[Path]) ->
         manager: its name.
         places: the files and folders that its process may read, besides installed packages.
         files: the data files among them and in its folders.
-
-    Raises:
-        ManagerError: one of them holds flights with their labels, a record or a scenario, or describes processes.
     """
     cache = cache_folder().resolve()
     for place in places:
@@ -309,7 +298,6 @@ def _is_scenario(file: Path) -> bool:
 
 
 def _command(manager: str) -> Command | None:
-    """Return the command of a program that is a managing system."""
     return parse_command(manager) if manager.startswith(PREFIX) else None
 
 

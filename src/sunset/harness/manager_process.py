@@ -93,15 +93,10 @@ class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
 
 
 class RefusedManager(msgspec.Struct, frozen=True, tag="refused"):
-    """Why a managing system cannot be loaded.
-
-    Attributes:
-        reason: in a sentence.
-        extension: whether an extension of the managed system cannot be loaded in its process.
-    """
+    """The reason why a managing system, or an extension of the managed system, cannot be loaded."""
 
     reason: str
-    extension: bool = False
+    extension: bool
 
 
 _SECRET: Final = 4
@@ -162,7 +157,6 @@ def run_manager(connection: socket.socket, task: object) -> None:
 
 
 def _load(order: ManagerTask) -> tuple[type[ManagingSystem], LoadedManager]:
-    """Load the extensions and the managing system of a task."""
     name, folder = order.spec.manager, Path(order.folder)
     known = frozenset(() if is_registered(name) else sys.modules)
     for extension in order.extensions:
@@ -194,16 +188,9 @@ def _without_values(text: str, task: ManagerTask) -> str:
 
 def _installed(names: Iterable[str]) -> tuple[str, ...]:
     """Return the first parts of the names of loaded modules that were installed."""
-    files = {name: vars(sys.modules[name]).get("__file__") or "" for name in names}
-    return tuple(
-        sorted(
-            {
-                name.partition(".")[0]
-                for name, file in files.items()
-                if not LIBRARIES.isdisjoint(Path(file).parts)
-            }
-        )
-    )
+    files = {name: Path(vars(sys.modules[name]).get("__file__") or "") for name in names}
+    installed = {name for name, file in files.items() if not LIBRARIES.isdisjoint(file.parts)}
+    return tuple(sorted({name.partition(".")[0] for name in installed}))
 
 
 def _description(manager: type[ManagingSystem], error: BaseException) -> str:

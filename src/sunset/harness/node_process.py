@@ -195,7 +195,7 @@ def _run_specified(fields: Mapping[str, Any]) -> int:
         print(f"sunset: {sentence}", file=sys.stderr)  # noqa: T201  the last line of a node that could not run
         return _BAD_INPUT
     if failure:
-        # the last line that the managing system has printed may have no end
+        # the last line that the managing system has printed may lack an end
         print(f"\n{failure}", file=sys.stderr)  # noqa: T201  the last line, which the run reads
         return MANAGER_FAILED
     return 0

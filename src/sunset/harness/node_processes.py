@@ -20,7 +20,7 @@ _TURN_S: Final = 0.1
 """Longest wait for a process before the next is ended: ending all at once would take the processor from others."""
 _LOOK_S: Final = 0.1
 _LAST_LINES: Final = 20
-_SIGNALS: Final = {number.value: number.name for number in signal.Signals}  # real-time signals have no names
+_SIGNALS: Final = {number.value: number.name for number in signal.Signals}  # real-time signals lack names
 
 
 class NodeProcesses:

@@ -35,10 +35,7 @@ _LONGEST: Final = 4000
 
 
 class Patience:
-    """A limit of processor time.
-
-    Processes that sleep or wait for the network take no processor time, and may take ten times as long in wall time.
-    Systems without `/proc` have only this limit.
+    """A limit of processor time, and of ten times as much wall time; without `/proc`, only of wall time.
 
     Args:
         limit_s: seconds of processor time.
@@ -76,7 +73,7 @@ class Patience:
 
 
 def _processor_time(group: int) -> float:
-    """Return the seconds of processor time that a group of processes has taken; 0 where there is no `/proc`."""
+    """Return the seconds of processor time that a group of processes has taken; 0 without `/proc`."""
     ticks = 0
     for file in Path("/proc").glob("[0-9]*/stat"):
         with suppress(OSError):  # the process has ended meanwhile

@@ -35,7 +35,7 @@ def adopt_orphans() -> None:
 
 
 def fill_standard_streams() -> None:
-    """Open those of stdin, stdout and stderr that are closed, so that no other file takes their descriptors."""
+    """Open closed standard streams, so that other files do not take their descriptors."""
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:  # noqa: PLR2004  stderr's
         os.set_inheritable(descriptor, True)
     os.close(descriptor)
@@ -44,9 +44,9 @@ def fill_standard_streams() -> None:
 def fork(child: list[int]) -> int:
     """Fork this process; handlers of signals that come meanwhile run afterwards, and only here.
 
-    What a handler raises during a fork would be lost in a function that Python calls then. A handler may also raise
-    before the caller has the new process's number, so that number is appended to `child`. In the new process, signals
-    that ask it to end stay blocked.
+    Python would lose an exception that a handler raises during a fork. A handler may also raise before the caller has
+    the new process's number, so that number is appended to `child`. In the new process, signals that ask it to end stay
+    blocked.
     """
     _flush_streams()
     pid = None

@@ -1,6 +1,6 @@
-"""The keeper of a process: forks it, sends its number and exit code to its user, and ends it with all its children.
+"""The keeper of a process: another process, which forks it, reports its end, and ends it with its children.
 
-The keeper is a process of its own. It ends the process when the user asks for it, closes the connection or ends.
+It ends the process when the user orders it, closes the connection or ends.
 """
 
 import faulthandler
@@ -42,19 +42,16 @@ Preparation = Callable[[socket.socket], object]
 
 
 class Files(NamedTuple):
-    """Open files of a keeper and its process.
-
-    Attributes:
-        keeper: the keeper's socket.
-        connection: the process's socket.
-        printed: for the process's output.
-        dying: for the reason and the place of the process's death.
-    """
+    """Open files of a keeper and its process."""
 
     keeper: int
+    """The keeper's socket."""
     connection: int
+    """The process's socket."""
     printed: int
+    """For the process's output."""
     dying: int
+    """For the reason and the place of the process's death."""
 
 
 def send_document(connection: socket.socket, document: object) -> None:
@@ -73,9 +70,9 @@ def keep(function: Entry, files: Files, prepare: Preparation, kept: Collection[i
     """Be a keeper: fork a process, and end this one when nothing is left of that process.
 
     Args:
-        function: what the process runs.
-        files: their open files.
-        prepare: runs in the process before the function.
+        function: the process runs it.
+        files: of both processes.
+        prepare: the process runs it before the function.
         kept: the pipes and sockets that the process keeps open besides its files.
     """
     code = 1
@@ -132,7 +129,7 @@ def _send(pid: int, number: int) -> None:
     """Send a signal to a process that has not been reaped, and to its group."""
     try:
         os.killpg(pid, number)
-    except (ProcessLookupError, PermissionError):  # it may have no group yet
+    except (ProcessLookupError, PermissionError):  # it may not have a group yet
         with suppress(ProcessLookupError, PermissionError):
             os.kill(pid, number)
 

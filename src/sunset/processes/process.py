@@ -277,14 +277,13 @@ class Process:
 
 
 def _describe_end(code: int | None) -> str:
-    """Return how a process ended, as the end of a sentence."""
     if code is None:
         return "ended its process"
     if code >= 0:
         return f"ended its process with exit code {code}"
     try:
         return f"ended its process by {signal.Signals(-code).name}"
-    except ValueError:  # real-time signals have no names
+    except ValueError:  # real-time signals lack names
         return f"ended its process by signal {-code}"
 
 
@@ -367,7 +366,7 @@ def copy_process(
 
 
 def _limit(task: object) -> object:
-    """Leave interrupts to the original, and limit the memory of this copy; return the task."""
+    """Ignore interrupts, and limit the memory of this copy; return the task."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
         signal.signal(number, signal.SIG_DFL)

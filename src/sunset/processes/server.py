@@ -1,7 +1,7 @@
-"""Servers that fork processes: clean interpreters, in which what the processes need is imported already.
+"""Servers that fork processes: interpreters that have imported the modules which the processes need.
 
-Python and its packages take half a second of a processor to load; a server loads them once, and a process is there
-within milliseconds. A server has a single thread, and knows nothing of its user's memory, arguments or open files.
+Python and its packages take half a second of a processor to load; a server loads them once, and forks a process within
+milliseconds. A server has a single thread, and has neither its user's memory, nor its arguments or open files.
 """
 
 import atexit
@@ -34,7 +34,7 @@ serve(*sys.argv[1:3])
 """
 _PACKAGE: Final = Path(__file__).parents[2]
 _VARIABLES: Final = ("LANG", "LC_ALL", "LC_CTYPE", "TZ", "PYTHONHASHSEED")
-"""Variables of the environment that a clean server gets."""
+"""Variables of the environment that a clean server has, too."""
 
 
 class ForkServer:
@@ -104,7 +104,7 @@ class ForkServer:
 
     @property
     def is_running(self) -> bool:
-        """Whether the server has not ended."""
+        """Whether the server runs."""
         return self._process.poll() is None
 
     @property
@@ -200,7 +200,6 @@ def _confine(folder: Path, fields: Mapping[str, list[str]]) -> None:
 
 
 def _clean_environment() -> Mapping[str, str]:
-    """Return the variables that Python needs, and nothing of the user's."""
     return {
         "PATH": "/usr/local/bin:/usr/bin:/bin",
         **{name: os.environ[name] for name in _VARIABLES if name in os.environ},

@@ -14,7 +14,7 @@ ENDING: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 @contextmanager
 def noted_signals(answer: str = "") -> Iterator[list[int]]:
-    """Give the signals that ask this process to end and come meanwhile, and have no other effect.
+    """Give the signals that ask this process to end and come meanwhile; they do nothing else.
 
     Ignored signals stay ignored, and threads other than the main one change nothing. `answer` is written to stderr when
     the first signal comes.

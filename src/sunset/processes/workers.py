@@ -38,7 +38,7 @@ Stages = Callable[[str, int, int], None]
 def processors() -> int:
     """Return how many processors this process may use, a container's quota rounded up."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    with suppress(OSError, ValueError):  # without a container, there is no file, or a quota "max"
+    with suppress(OSError, ValueError):  # outside of containers, the file is missing, or its quota is "max"
         quota, period = map(int, _QUOTA.read_text(encoding="utf-8").split())
         count = min(count, ceil(quota / period))
     return max(count, 1)
@@ -71,11 +71,10 @@ class _Worker(SpawnProcess):
 def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecutor]:
     """Give a pool of worker processes, which end with the context: at once if it ends with an exception.
 
-    They also end with this process, however it ends. They ignore interrupts and print to stderr. Scripts need no guard
-    `if __name__ == "__main__"`, since the workers do not import them.
+    They also end with this process. They ignore interrupts, print to stderr, and do not import the script `__main__`.
 
     Args:
-        jobs: how many processes there are.
+        jobs: the number of processes.
         forked: whether they are copies of this process, with the classes that it has defined.
 
     Raises:

@@ -130,6 +130,7 @@ class Process:
 
         Meanwhile, show the output, since a full pipe would block the process.
         """
+        _ = self.pid  # the time that its server takes to start does not count
         limit_s = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
             ended = self.ended

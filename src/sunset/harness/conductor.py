@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.nodes.base import call_later
 from sunset.ros.client import Client
 from sunset.ros.context import Context
 from sunset.ros.node import Node
@@ -25,10 +24,6 @@ class Conductor(Node):
     def inject(self, done: Callable[[bool, str], None]) -> None:
         """Inject the faults; `done` gets whether all are injected, and the scenario executor's message."""
         self._ask(self._injector, done)
-
-    def call_later(self, delay: float, function: Callable[[], None]) -> None:
-        """Call a function once, after a delay in seconds."""
-        call_later(self, delay, function)
 
     @staticmethod
     def _ask(client: Client[Trigger.Request, Trigger.Response], done: Callable[[bool, str], None]) -> None:

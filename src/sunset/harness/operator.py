@@ -10,6 +10,7 @@ from sunset.harness.node_processes import NodeProcesses
 from sunset.interfaces import Message
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation, SetBlackboardGroup
 from sunset.managing.symptoms import read_parameters
+from sunset.nodes.base import call_later
 from sunset.ros.clock import Clock
 from sunset.ros.context import Context
 from sunset.ros.time import ClockType
@@ -138,7 +139,7 @@ class Operator(Conductor):
     def _on_flying(self, begun: bool, message: str) -> None:
         self.news.append(f"{'The flight has begun' if begun else 'Starting the flight failed'}: {message}")
         if self._injects:
-            self.call_later(self._warm_up_s, lambda: self.inject(self._on_injected))
+            call_later(self, self._warm_up_s, lambda: self.inject(self._on_injected))
 
     def _on_injected(self, injected: bool, message: str) -> None:
         self.news.append(

@@ -8,6 +8,7 @@ from sunset.errors import ScenarioError
 from sunset.harness.conductor import Conductor
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
+from sunset.nodes.base import call_later
 from sunset.ros.context import Context
 from sunset.system import (
     DIAGNOSTICS_TOPIC,
@@ -123,14 +124,14 @@ class Supervisor(Conductor):
     def _on_flying(self, begun: bool, message: str) -> None:
         if not begun:
             raise ScenarioError(f"The bag player did not start: {message}.")
-        self.call_later(self._warm_up_s, self._inject)
+        call_later(self, self._warm_up_s, self._inject)
 
     def _inject(self) -> None:
         self.phase = Phase.MEASURED
         self.start_ns = self.get_clock().now().nanoseconds
         self._publish("start")
         self.inject(self._on_injected)
-        self.call_later(self._duration_s, self._end)
+        call_later(self, self._duration_s, self._end)
 
     def _on_injected(self, injected: bool, message: str) -> None:
         if not injected:

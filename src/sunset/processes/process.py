@@ -182,10 +182,11 @@ class Process:
         with suppress(BlockingIOError):
             text = os.read(self._dying, _PART).decode("utf-8", "replace")
         if text.startswith(NOT_STARTED):
-            trouble = "confined" if self.folder else "started"
-            raise SunsetError(
-                f"The process of the managing system could not be {trouble}: {text.removeprefix(NOT_STARTED)}."
+            problem = text.removeprefix(NOT_STARTED)
+            trouble = (
+                "of the managing system could not be confined" if self.folder else "could not be started"
             )
+            raise SunsetError(f"The process {trouble}: {problem}.")
         if text.startswith(OUT_OF_MEMORY):
             reason = f"ran out of memory: it may take {MEMORY >> 30} GiB"
         frames = ((match["file"], int(match["line"]), match["function"]) for match in _FRAME.finditer(text))
@@ -302,8 +303,8 @@ def killed_error(death: ProcessDeath, owner: str) -> SunsetError:
 def server_error() -> SunsetError:
     """Return the error of a server that has ended."""
     return SunsetError(
-        "The process that confines managing systems has ended: it was killed, for instance for want of memory; run the "
-        "same command again."
+        "The process that starts managing systems and live nodes has ended: it was killed, for instance for want of "
+        "memory; run the same command again."
     )
 
 

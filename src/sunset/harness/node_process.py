@@ -9,7 +9,6 @@ import socket
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any, Final
 
 import msgspec
@@ -96,7 +95,7 @@ def run_node(spec: NodeSpec) -> str:
         CallbackError: a callback of the managing system raised. Errors of other nodes are logged.
         SunsetError: the network cannot be joined, or the node cannot be made.
     """
-    run = _runner(spec)
+    node_class = _node_class(spec) if spec.confined is None else None
     context = Context()
     middleware = live_middleware(spec.middleware).join(network=spec.network, distro=spec.distro)
     with middleware:
@@ -105,21 +104,10 @@ def run_node(spec: NodeSpec) -> str:
         words = ["--ros-args", *shared, *spec.ros_arguments]
         context.init(words, middleware=middleware, log_to_stderr=True)
         install_signal_handlers(context=context)
-        return run(context)
-
-
-def _runner(spec: NodeSpec) -> Callable[[Context], str]:
-    """Return a function that runs a node in a context, and returns how a confined managing system has failed."""
-    if spec.confined is not None:
-        from sunset.harness.confined_manager import run_confined  # noqa: PLC0415  no other node needs it
-        from sunset.harness.manager_process import ManagerSpec  # noqa: PLC0415  likewise
-
-        return partial(run_confined, msgspec.convert(spec.confined, ManagerSpec), occasion=spec.occasion)
-    factory = _factory(spec)
-
-    def run(context: Context) -> str:
+        if node_class is None:
+            return _run_confined(spec, context)
         try:
-            node = factory(context)
+            node = node_class(context=context)
         except SunsetError:
             if context.ok():
                 raise
@@ -129,17 +117,21 @@ def _runner(spec: NodeSpec) -> Callable[[Context], str]:
         _spin(executor, node, lasting=spec.node != MANAGING_SYSTEM)
         return ""
 
-    return run
+
+def _node_class(spec: NodeSpec) -> Callable[..., Node]:
+    if spec.manager is None:
+        node_class: Callable[..., Node] = current_system().node_class(spec.node)
+        return node_class
+    from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
+
+    return load_manager(spec.manager)
 
 
-def _factory(spec: NodeSpec) -> Callable[[Context], Node]:
-    if spec.manager is not None:
-        from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
+def _run_confined(spec: NodeSpec, context: Context) -> str:
+    from sunset.harness.confined_manager import run_confined  # noqa: PLC0415  no other node needs it
+    from sunset.harness.manager_process import ManagerSpec  # noqa: PLC0415  likewise
 
-        manager_class = load_manager(spec.manager)
-        return lambda context: manager_class(context=context)
-    node_class: Callable[..., Node] = current_system().node_class(spec.node)
-    return lambda context: node_class(context=context)
+    return run_confined(msgspec.convert(spec.confined, ManagerSpec), context, occasion=spec.occasion)
 
 
 def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> None:

@@ -53,7 +53,7 @@ class Operator(Conductor):
 
     Args:
         inject: whether there is a scenario.
-        warm_up_s: time between both.
+        warm_up_s: time from the start of the flight to the injection.
         invites: whether `news` says when to start a managing system.
         context: the context of the process; the default one if None.
     """

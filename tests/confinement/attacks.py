@@ -336,12 +336,22 @@ def writing(file: str) -> object:
             lambda: _done(os.mkfifo, path.with_name("pipe")),
             linked,
             moved,
+            lambda: bool(path.rename(path.with_name("renamed"))),
+            lambda: _done(path.unlink),
+        ]
+    )
+
+
+@attack
+def marking(file: str) -> object:
+    """Change the attributes of a file."""
+    path = Path(file)
+    return _first(
+        [
             lambda: _done(os.utime, path, (1, 1)),
             lambda: _done(os.setxattr, path, "user.mine", b"!"),
             lambda: _done(path.chmod, 0o444),
             lambda: _done(os.chown, path, os.getuid(), -1),
-            lambda: bool(path.rename(path.with_name("renamed"))),
-            lambda: _done(path.unlink),
         ]
     )
 

@@ -88,11 +88,11 @@ def cpu_s() -> float:
 
 def watch_managers(log: Path) -> None:
     """Write the processor time and the memory of each managing system's process, when it ends, into a file."""
-    from sunset.harness.confined_manager import ManagerProcess  # noqa: PLC0415  older versions have none
+    from sunset.processes.process import Process  # noqa: PLC0415  older versions have none
 
-    end = ManagerProcess.end
+    end = Process.kill
 
-    def say_and_end(process: ManagerProcess) -> None:
+    def say_and_end(process: Process) -> None:
         nanoseconds = int(Path(f"/proc/{process.pid}/schedstat").read_text(encoding="ascii").split()[0])
         lines = Path(f"/proc/{process.pid}/smaps_rollup").read_text(encoding="ascii").splitlines()[1:]
         pages = {line.split()[0]: int(line.split()[1]) for line in lines}
@@ -100,7 +100,7 @@ def watch_managers(log: Path) -> None:
             file.write(f"{nanoseconds / 1e9} {pages['Pss:']} {pages['Private_Dirty:']}\n")
         end(process)
 
-    vars(sys.modules[ManagerProcess.__module__])["ManagerProcess"].end = say_and_end
+    vars(sys.modules[Process.__module__])["Process"].kill = say_and_end
 
 
 def fly(runs: int, manager: str) -> None:

@@ -1,4 +1,4 @@
-"""What a computer can run out of, told from what is wrong with a user's files."""
+"""Errors for want of memory, files, processes or disk space, and their remedies."""
 
 import errno
 from typing import Final
@@ -26,20 +26,20 @@ _NO_MEMORY: Final = (
     "Insufficient memory",
     "not enough memory",
 )
-"""What loaders and libraries say that raise no `MemoryError`."""
+"""Messages of loaders and libraries that raise other errors than `MemoryError`."""
 
 _LIBRARIES: Final = frozenset({"cv2", "onnxruntime"})
-"""Packages whose errors are of types of their own."""
+"""Packages with error types of their own."""
 
 _STARTERS: Final = frozenset({"fork", "forkpty", "fork_exec", "_fork_exec", "posix_spawn"})
-"""Functions that start a process; a file that another process has locked gives the same error."""
+"""Functions that start a process; for a file that another process has locked, the error is the same."""
 
 
 def complaint(error: Exception) -> str:
-    """Return one sentence on an error that is not a mistake of the program's; of another nothing.
+    """Return a sentence on an error that is not a bug; empty for a bug.
 
-    >>> complaint(SunsetError("There is no seed -1"))
-    'There is no seed -1.'
+    >>> complaint(SunsetError("The seed is negative"))
+    'The seed is negative.'
     >>> complaint(ValueError("a bug"))
     ''
     """
@@ -48,15 +48,15 @@ def complaint(error: Exception) -> str:
     elif lacking := shortage(error):
         text = f"The computer could not go on: {lacking}"
     elif isinstance(error, OSError):
-        what = f"to use {error.filename}" if error.filename else "an operation"
-        text = f"The operating system refused {what}: {error.strerror or error}"
+        operation = f"to use {error.filename}" if error.filename else "an operation"
+        text = f"The operating system refused {operation}: {error.strerror or error}"
     else:
         return ""
     return " ".join(sentence(text).split()).rstrip(".") + "."
 
 
 def shortage(error: BaseException) -> str:
-    """Return what the computer lacked and what helps, where an error or one that led to it says so; else nothing.
+    """Return the resource that the computer lacks and the remedy, if an error or its cause names it; else nothing.
 
     >>> shortage(OSError(errno.ENOSPC, "No space left on device"))
     'no space left on device; free some space, or name a folder for temporary files in TMPDIR'
@@ -78,7 +78,7 @@ def shortage(error: BaseException) -> str:
 
 
 def _text(error: BaseException) -> str:
-    """Return what an error says where that can be of a shortage; without the name of a file."""
+    """Return the text of an error that may be a shortage, without the name of a file."""
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
     of_library = type(error).__module__.partition(".")[0] in _LIBRARIES
@@ -86,7 +86,7 @@ def _text(error: BaseException) -> str:
 
 
 def _starts_no_process(error: BaseException) -> bool:
-    """Return whether the function that raised the error was to start a process, and may do so later."""
+    """Return whether an error came from starting a process, which may succeed later."""
     trace = error.__traceback__
     if not isinstance(error, BlockingIOError) or error.errno != errno.EAGAIN or trace is None:
         return False

@@ -16,7 +16,7 @@ from tests.cli.conftest import PROGRESS
 
 from sunset.cli import _main, _progress
 from sunset.cli._progress import progress_bar, rendering_progress
-from sunset.isolation import Watch, call_isolated
+from sunset.processes.calls import Watch, call_isolated
 
 
 def wait(seconds: float) -> None:

@@ -4,7 +4,7 @@ A server of confined processes imports this file, so that it needs nothing but P
 """
 
 import ctypes
-import fcntl
+import errno
 import gc
 import importlib
 import json
@@ -234,18 +234,8 @@ def noticing(folder: str) -> object:
         [
             lambda: _call((254, 27), _LIBRARY.inotify_init(), folder.encode(), 0xFFF),
             lambda: _call((300, 262), 0x200, 0) + 1,
-            # of a folder that it may read
-            lambda: (
-                fcntl.fcntl(os.open(Path(json.__file__).parent, os.O_RDONLY), fcntl.F_NOTIFY, fcntl.DN_ACCESS)
-                + 1
-            ),
         ]
     )
-
-
-@attack
-def clock(pid: int) -> object:
-    return time.clock_gettime((~pid << 3) | 2)
 
 
 # files
@@ -346,12 +336,22 @@ def writing(file: str) -> object:
             lambda: _done(os.mkfifo, path.with_name("pipe")),
             linked,
             moved,
+            lambda: bool(path.rename(path.with_name("renamed"))),
+            lambda: _done(path.unlink),
+        ]
+    )
+
+
+@attack
+def marking(file: str) -> object:
+    """Change the attributes of a file."""
+    path = Path(file)
+    return _first(
+        [
             lambda: _done(os.utime, path, (1, 1)),
             lambda: _done(os.setxattr, path, "user.mine", b"!"),
             lambda: _done(path.chmod, 0o444),
             lambda: _done(os.chown, path, os.getuid(), -1),
-            lambda: bool(path.rename(path.with_name("renamed"))),
-            lambda: _done(path.unlink),
         ]
     )
 
@@ -382,20 +382,6 @@ def large_file(size: int) -> object:
     return None
 
 
-@attack
-def uncounted_memory() -> object:
-    """Take memory that is not counted as this process's own."""
-    return _first(
-        [
-            lambda: len(mmap.mmap(-1, 5 << 30)),
-            lambda: os.memfd_create("mine") and 1,
-            lambda: _call((447, 447), 0) + 1,
-            lambda: len(mmap.mmap(-1, 5 << 30, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)),
-            lambda: len(mmap.mmap(-1, 5 << 30, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | 0x100)),
-        ]
-    )
-
-
 # other processes
 
 
@@ -404,16 +390,24 @@ def tracing(pid: int) -> object:
     buffer = ctypes.create_string_buffer(16)
     area = (ctypes.c_void_p * 2)(ctypes.addressof(buffer), 16)
     there = (ctypes.c_void_p * 2)(id(None), 16)
+    nowhere = (ctypes.c_void_p * 2)(8, 16)
 
     def traced() -> bool:
         _call((101, 117), 0x4206, pid, 0, 0)  # PTRACE_SEIZE, which does not stop it
+        return True
+
+    def written() -> bool:
+        try:
+            _call((311, 271), pid, area, 1, nowhere, 1, 0)
+        except OSError as error:
+            return error.errno == errno.EFAULT  # it may write, but not to this address
         return True
 
     return _first(
         [
             traced,
             lambda: _call((310, 270), pid, area, 1, there, 1, 0),
-            lambda: _call((311, 271), pid, area, 0, there, 0, 0) + 1,
+            written,
             lambda: _call((312, 272), pid, pid, 0, 0, 0) + 1,
             lambda: _call((438, 438), os.pidfd_open(pid), 0, 0),
             lambda: os.open(f"/proc/{pid}/mem", 0),
@@ -427,12 +421,6 @@ def signalling(pid: int) -> object:
     """Signal a process that does not mind, with a signal that is ignored."""
     number = signal.SIGWINCH
 
-    def owned() -> bool:
-        ours, theirs = socket.socketpair()
-        with ours, theirs:
-            fcntl.fcntl(ours, fcntl.F_SETOWN, pid)
-            return fcntl.fcntl(ours, fcntl.F_GETOWN) == pid
-
     return _first(
         [
             lambda: _done(os.kill, pid, 0),
@@ -442,7 +430,6 @@ def signalling(pid: int) -> object:
             lambda: _call((200, 130), pid, int(number)) == 0,
             lambda: _done(signal.pidfd_send_signal, os.pidfd_open(pid), number),
             lambda: _call((129, 138), pid, int(number), ctypes.create_string_buffer(128)) == 0,
-            owned,
         ]
     )
 
@@ -464,13 +451,11 @@ def hindering(pid: int) -> object:
 
 @attack
 def escaping() -> object:
-    """Leave the process group, or the signal that comes with the keeper's end."""
+    """Leave the process group."""
     return _first(
         [
             lambda: os.setsid(),
             lambda: _done(os.setpgid, 0, 0),
-            lambda: _LIBRARY.prctl(1, 0, 0, 0, 0) == 0,
-            lambda: _LIBRARY.prctl(1, int(signal.SIGWINCH), 0, 0, 0) == 0,
             lambda: subprocess.run(["true"], start_new_session=True, check=True),
             lambda: subprocess.run(["setsid", "--wait", "true"], check=True, capture_output=True),
         ]

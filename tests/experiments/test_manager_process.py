@@ -19,6 +19,7 @@ from sunset.errors import ExtensionError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, manager_checksum, run
 from sunset.experiments.manager import isolate
 from sunset.harness.confined_manager import ManagerProcess, manager_process
+from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms, register_manager, sources_digest
 from sunset.recording import StoredRun, read_run, read_stored_run
 from sunset.scenarios import load_scenario
@@ -113,8 +114,8 @@ def test_a_forked_copy_of_one_says_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux says how much memory is whose")
 def test_the_process_is_small() -> None:
-    with manager_process("baseline", limit_s=30.0) as process:
-        rollup = Path(f"/proc/{process.pid}/smaps_rollup").read_text(encoding="ascii")
+    with manager_process(ManagerSpec(manager="baseline", limit_s=30.0)) as process:
+        rollup = Path(f"/proc/{process.process.pid}/smaps_rollup").read_text(encoding="ascii")
     pages = {name: int(size) for name, size in re.findall(r"^(\w+): +(\d+) kB", rollup, re.MULTILINE)}
     assert pages["Pss"] < LARGEST_KIB
     assert pages["Private_Dirty"] < LARGEST_KIB
@@ -141,7 +142,7 @@ def test_what_comes_with_sunset_and_is_killed_ends_the_run(
     checksum = ManagerProcess.checksum
 
     def kill(process: ManagerProcess) -> str:
-        os.kill(process.pid, signal.SIGKILL)
+        os.kill(process.process.pid, signal.SIGKILL)
         return checksum(process)
 
     monkeypatch.setattr(ManagerProcess, "checksum", kill)
@@ -355,14 +356,6 @@ def test_a_bystander_whose_name_is_not_utf8_hinders_nothing(sudden: str, tmp_pat
     own = manager_checksum(sudden, Settings())
     (tmp_path / os.fsdecode(b"caf\xe9.py")).write_text("", encoding="utf-8")
     assert manager_checksum(sudden, Settings()) == own
-
-
-def test_a_folder_whose_name_is_not_utf8_is_said_to_be_unfit(tmp_path: Path) -> None:
-    folder = tmp_path / os.fsdecode(b"caf\xe9")
-    folder.mkdir()
-    (folder / "sudden.py").write_text(SUDDEN, encoding="utf-8")
-    with pytest.raises(ManagerError, match="whose name is not UTF-8: rename it"):
-        manager_checksum(f"{folder / 'sudden.py'}:Sudden", Settings())
 
 
 def test_the_checksum_is_that_of_its_files(sudden: str, tmp_path: Path) -> None:

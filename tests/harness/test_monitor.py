@@ -168,18 +168,6 @@ def test_diagnostics_of_other_nodes_are_not_on_the_blackboard(world: "World") ->
     assert blackboard(world) == {}
 
 
-@pytest.mark.usefixtures("monitor")
-def test_values_and_texts_that_are_too_many_or_too_long_do_not_pile_up(world: "World") -> None:
-    beat(world, "active", sharpness="1", **{f"key{number}": "a" for number in range(300)})
-    beat(world, "y" * 1000, mood="x" * 1000, **{"z" * 1000: "fine"})
-    seen = blackboard(world)
-    assert len(seen) < 250
-    assert seen["camera_lc_state"] == "active"
-    for value in range(5):
-        beat(world, "inactive", sharpness=str(value))
-    assert blackboard(world)["camera_sharpness"] == 2.0
-
-
 def test_a_frequency_is_right_again_when_time_was_set_forth_and_back(world: "World") -> None:
     world.start(Monitor, parameters={"use_sim_time": True})
     for number in (1.0, 2e9, 2.0):

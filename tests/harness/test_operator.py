@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, cast
 
 import pytest
 
-from sunset.experiments.processes import NodeProcesses
+from sunset.harness.node_processes import NodeProcesses
 from sunset.harness.operator import Operator
 from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset.interfaces.rcl_interfaces.msg import ParameterValue

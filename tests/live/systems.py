@@ -264,7 +264,9 @@ def children(pid: int) -> dict[str, int]:
 
 def fork_server(pid: int) -> int:
     """Return the process that a live system in a process forks its nodes from."""
-    (server,) = (child for child in _started_by(pid) if "sunset.harness.node_process" in _words(child))
+    (server,) = (
+        child for child in _started_by(pid) if "sunset.harness.node_process:run_forked" in _words(child)
+    )
     return server
 
 

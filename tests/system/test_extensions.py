@@ -73,10 +73,6 @@ def of_fault(options: str) -> str:
         ),
         ("raise SystemExit", "cannot be imported: it raised SystemExit (sonar.py, line 1, in <module>).\n"),
         (
-            "raise KeyboardInterrupt('stop')",
-            "it raised KeyboardInterrupt: stop (sonar.py, line 1, in <module>).\n",
-        ),
-        (
             "class Own(BaseException): pass\nraise Own('no')",
             "cannot be imported: it raised Own: no (sonar.py, line 2, in <module>).\n",
         ),

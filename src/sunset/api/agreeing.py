@@ -10,8 +10,8 @@ from sunset.api.running import Flights, Managers, Names, campaign_of
 from sunset.errors import InvalidInputError
 from sunset.evaluation import Agreement, compare
 from sunset.experiments import BenchSpec
+from sunset.processes.workers import Progress
 from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
-from sunset.workers import Progress
 
 
 def agree(

@@ -30,9 +30,9 @@ from sunset.figures import check_figure
 from sunset.managing import MANAGERS, ManagingSystem
 from sunset.metrics import Samples
 from sunset.perception import list_models as installed_models
+from sunset.processes.workers import Progress
 from sunset.scenarios import load_scenario, load_suite, suite_names
 from sunset.system import ENTROPY_SIGNAL, Fault, current_system
-from sunset.workers import Progress
 
 
 def list_suites() -> tuple[str, ...]:

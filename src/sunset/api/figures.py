@@ -5,7 +5,7 @@ from pathlib import Path
 from sunset import evaluation
 from sunset.api.options import Extensions, as_path, check_flags, check_progress, extended
 from sunset.evaluation import WrittenFigures
-from sunset.workers import Progress
+from sunset.processes.workers import Progress
 
 
 def write_figures(

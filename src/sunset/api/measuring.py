@@ -25,8 +25,8 @@ from sunset.errors import InvalidInputError
 from sunset.experiments import inference_file
 from sunset.flights import FlightSpec, parse_flights
 from sunset.perception import Model, find_device, list_models
+from sunset.processes.workers import Progress, Stages
 from sunset.texts import shown
-from sunset.workers import Progress, Stages
 
 if TYPE_CHECKING:
     from sunset.training.curves import Curves

@@ -24,10 +24,10 @@ from sunset.evaluation.power import (
 )
 from sunset.experiments import BenchSpec, RunSpec, added_managers, in_turn, plan, prepare, run
 from sunset.managing import split_label
+from sunset.processes.workers import processors
 from sunset.recording import RUN_FILE
 from sunset.system import degradations_of
 from sunset.texts import counted, listed
-from sunset.workers import processors
 
 _PAUSE: Final = 20
 """A run that comes so many times later than the median one came after a pause."""

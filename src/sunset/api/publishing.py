@@ -10,9 +10,9 @@ from sunset import bundling
 from sunset.api.options import Extensions, as_path, check_flags, check_progress, extended, whole_of
 from sunset.bundling import Bundle, Rerun, Verification
 from sunset.errors import InvalidInputError
+from sunset.processes.workers import Progress
 from sunset.seeding import check_seed
 from sunset.texts import shown
-from sunset.workers import Progress
 
 _SEEDS: Final = 2**32
 

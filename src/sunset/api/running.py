@@ -38,11 +38,11 @@ from sunset.experiments import (
     Settings,
     Shard,
 )
+from sunset.processes.workers import Progress
 from sunset.published import paper_report
 from sunset.recording import RUN_FILE, read_stored_run
 from sunset.scenarios import Scenario, generate
 from sunset.texts import shown
-from sunset.workers import Progress
 
 _Scenario: TypeAlias = str | Path | Scenario
 Managers: TypeAlias = Manager | Mapping[str, Manager] | list[Manager] | tuple[Manager, ...]

@@ -8,9 +8,9 @@ from urllib.parse import quote
 from sunset.api.options import Extensions, as_path, check_progress, extended
 from sunset.evaluation import index_page, load_results
 from sunset.output_files import draft_of_folder
+from sunset.processes.workers import Progress
 from sunset.recording import read_stored_run
 from sunset.viewing import Viewed, page_text
-from sunset.workers import Progress
 
 _PAGE: Final = "run.html"
 """The page of a run, in a folder of its own, whose place is that of the record below the folder of stored runs."""

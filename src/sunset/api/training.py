@@ -20,8 +20,8 @@ from sunset.api.options import (
 )
 from sunset.errors import InvalidInputError, OutputError
 from sunset.perception import Model, find_device, load_model
+from sunset.processes.workers import processors
 from sunset.texts import shown, suggestion
-from sunset.workers import processors
 
 if TYPE_CHECKING:
     from sunset.training import TrainingConfig

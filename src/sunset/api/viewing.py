@@ -22,11 +22,11 @@ from sunset.api.options import (
 from sunset.errors import InvalidInputError, RecordError, SunsetError
 from sunset.experiments import play_back
 from sunset.output_files import write_text
+from sunset.processes.workers import Stages
 from sunset.recording import IMAGES_FILE, StoredRun, read_stored_run
 from sunset.rmw.backends import SIMULATED
 from sunset.texts import shown
 from sunset.viewing import Viewed, check_comparable, check_page_file, is_shown, page_text
-from sunset.workers import Stages
 
 _PLAYED: Final = (
     "The pictures were made by playing the recorded commands back without the managing system, and {} of them differ "

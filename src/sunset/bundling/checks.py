@@ -12,6 +12,7 @@ from sunset.metrics import score
 from sunset.names import base_name
 from sunset.output_files import folder_name
 from sunset.perception import ModelCard
+from sunset.processes.workers import Progress
 from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
@@ -25,7 +26,6 @@ from sunset.recording import (
 from sunset.source_files import package_version
 from sunset.system import loaded_extensions
 from sunset.texts import counted, shown
-from sunset.workers import Progress
 
 
 @dataclass

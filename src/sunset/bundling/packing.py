@@ -17,6 +17,7 @@ from sunset.flights import FlightSpec
 from sunset.names import base_name
 from sunset.output_files import folder_name
 from sunset.perception import list_models, load_model
+from sunset.processes.workers import Progress
 from sunset.recording import (
     BAG_FILES,
     IMAGES_FILE,
@@ -31,7 +32,6 @@ from sunset.recording import (
 from sunset.scenarios import SPLIT_FILE, scenario_files, split_hash
 from sunset.schemas import document_text
 from sunset.texts import counted
-from sunset.workers import Progress
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,9 +16,9 @@ from sunset.errors import DataError, InvalidInputError, RecordError
 from sunset.evaluation import render_report
 from sunset.input_files import file_digest, read_text
 from sunset.perception import load_model
+from sunset.processes.workers import Progress
 from sunset.source_files import package_version
 from sunset.texts import counted, printable
-from sunset.workers import Progress
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,7 +11,7 @@ from types import FrameType
 from typing import Final, NoReturn
 
 from sunset.cli._parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_extensions
-from sunset.forks import fill_standard_streams, started_ahead
+from sunset.processes.forking import fill_standard_streams
 from sunset.shortage import complaint
 from sunset.texts import sentence
 
@@ -20,6 +20,9 @@ _SIGNALLED: Final = 128
 """Added to a signal's number, as shells do."""
 
 _QUICK_S: Final = 0.4
+_NODES: Final = "sunset.harness.node_process:run_forked"
+_NODES_PREPARATION: Final = "sunset.harness.node_process:prepare"
+"""The server of `sunset.harness.node_process.node_server`, by name, since that module is slow to import."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -40,8 +43,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     verb = next(iter(arguments), "")
     if isinstance(sys.stdout, TextIOWrapper):  # some terminals have no arrows
         sys.stdout.reconfigure(errors="replace")
-    with started_ahead("sunset.harness.node_process") if verb == "up" else nullcontext():
-        return _execute(verb, arguments)
+    if verb == "up":
+        from sunset.processes.server import shared_server  # noqa: PLC0415  no other verb needs it here
+
+        # ahead, so that it imports modules while this process does
+        shared_server(_NODES, _NODES_PREPARATION, clean=False)
+    return _execute(verb, arguments)
 
 
 def _execute(verb: str, arguments: Sequence[str]) -> int:

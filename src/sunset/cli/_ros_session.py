@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
 from sunset.interfaces import Message, Service
-from sunset.interruption import held_signals
 from sunset.names import qualified_name
+from sunset.processes.signals import held_signals
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
 from sunset.rmw.core.port import EndpointInfo, EndpointKind

@@ -23,11 +23,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_network_options(parser)
     parser.add_argument(
-        "--end-with-stdin",
-        action="store_true",
-        help="end when stdin does: with the parent process, if that holds the other end of a pipe",
-    )
-    parser.add_argument(
         "--ros-args", nargs=argparse.REMAINDER, default=[], help="ROS arguments: -r, -p, --params-file, …"
     )
 
@@ -52,7 +47,6 @@ def execute(arguments: argparse.Namespace) -> None:
             manager=arguments.manager,
             network=arguments.network,
             distro=arguments.ros_distro,
-            ends_with_stdin=arguments.end_with_stdin,
             ros_arguments=arguments.ros_args,
         )
     )

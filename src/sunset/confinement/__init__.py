@@ -1,19 +1,15 @@
-"""A confined process, in which code of others runs: it sees what it needs to run, and one socket.
+"""The walls around processes that run foreign code: they see the files that they need, and the network.
 
-`Confinement` is a server that forks such processes; `ConfinedProcess` is one of them, as its user sees it. The server
-is an interpreter of its own that has never seen what its user knows. A copy of it has neither its user's memory, nor
-its arguments, environment or open files. What a process can do is restricted before it runs anything: `walls.py`.
+`walls` puts them up from inside a process, before it runs anything; `sunset.processes` starts such processes.
 """
 
-from sunset.confinement.process import ConfinedProcess, Confinement, copy_process
-from sunset.confinement.walls import WALLS, View, confinement_report, missing_walls
+from sunset.confinement.walls import (
+    WALLS,
+    View,
+    confinement_report,
+    missing_walls,
+    prepare,
+    put_up,
+)
 
-__all__ = [
-    "WALLS",
-    "ConfinedProcess",
-    "Confinement",
-    "View",
-    "confinement_report",
-    "copy_process",
-    "missing_walls",
-]
+__all__ = ["WALLS", "View", "confinement_report", "missing_walls", "prepare", "put_up"]

@@ -1,4 +1,4 @@
-"""The C library: calls of the system that Python has no function for."""
+"""The C library, for system calls that Python lacks."""
 
 import ctypes
 import errno
@@ -13,10 +13,10 @@ def libc() -> ctypes.CDLL:
 
 
 def checked(result: int) -> int:
-    """Return what a function of `libc` has returned.
+    """Return the result of a function of `libc`.
 
     Raises:
-        OSError: it is negative: the system refuses.
+        OSError: the result is negative, since the system refuses.
     """
     if result < 0:
         problem = ctypes.get_errno() or errno.EPERM

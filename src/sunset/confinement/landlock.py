@@ -1,7 +1,7 @@
-"""Landlock: a process gives up, for ever and for all that it starts, what it does not need of the file system.
+"""Landlock: a process and its children give up the paths that they do not need, for ever.
 
-Linux has it from 5.13 on; `landlock(7)` says what each version of its interface can restrict. It governs what is
-opened, made, renamed and removed, not what `stat` tells of a path.
+Linux has it from 5.13 on; `landlock(7)` lists the rights that each version of its interface can restrict. It restricts
+opening, making, renaming and removing files, but not `stat`. It also denies tracing processes outside, and mounting.
 """
 
 import ctypes
@@ -30,14 +30,14 @@ _MAKE_BLOCK: Final = 1 << 11
 _TRUNCATE: Final = 1 << 14
 _IOCTL_DEV: Final = 1 << 15
 _OF_FILES: Final = _EXECUTE | _WRITE_FILE | _READ_FILE | _TRUNCATE | _IOCTL_DEV
-"""What a rule for a file can allow; the rest is of folders."""
+"""The rights that a rule for a file can allow; the others are of folders."""
 _READ: Final = _EXECUTE | _READ_FILE | _READ_DIR
 
 _RIGHTS: Final = {1: 13, 2: 14, 3: 15, 5: 16}
-"""From which version on there are how many rights."""
+"""Version → the number of rights from this version on."""
 _NET_SINCE: Final = 4
 SCOPES_SINCE: Final = 6
-"""The version that keeps a process from abstract sockets and from signals to others."""
+"""The first version that restricts abstract sockets and signals to other processes."""
 _SCOPES: Final = 0b11
 
 
@@ -52,7 +52,7 @@ class _PathBeneath(ctypes.Structure):
 
 
 def landlock_version() -> int:
-    """Return the version of Landlock's interface that this kernel has; 0 if it has none."""
+    """Return the version of Landlock's interface; 0 without Landlock."""
     if sys.platform != "linux":
         return 0
     with suppress(OSError):
@@ -61,40 +61,33 @@ def landlock_version() -> int:
 
 
 def restrict_files(
-    readable: Iterable[Path],
-    writable: Iterable[Path],
-    devices: Iterable[Path],
-    *,
-    listed: Iterable[Path] = (),
+    readable: Iterable[Path], writable: Iterable[Path], devices: Iterable[Path], listed: Iterable[Path] = ()
 ) -> None:
-    """Let this thread, and what it starts, see these files and folders only, where the kernel has Landlock.
+    """Let this thread and its children open only these files and folders, where the kernel has Landlock.
 
-    It can then also neither signal processes that are not its own nor reach abstract sockets, from version 6 on. The
-    process must not be able to gain privileges (`forgo_privileges`).
+    From version 6 on, they can also neither signal other processes nor reach abstract sockets. The process must have
+    called `forgo_privileges`. Missing paths are left out.
 
     Args:
-        readable: may be read, listed and executed; those that are not there are left out.
-        writable: folders in which anything may be done, but for making devices.
+        readable: may be read, listed and executed.
+        writable: folders in which everything is allowed except making devices.
         devices: may be read and written.
-        listed: folders that may be listed, with those in them.
-
-    Raises:
-        OSError: the kernel has it, but refuses.
+        listed: folders that may be listed, with the folders in them.
     """
     version = landlock_version()
     if not version:
         return
     handled = (1 << max(rights for since, rights in _RIGHTS.items() if since <= version)) - 1
+    rights = {
+        _READ: readable,
+        handled & ~(_MAKE_CHAR | _MAKE_BLOCK | _IOCTL_DEV): writable,
+        _READ_FILE | _WRITE_FILE | _TRUNCATE: devices,
+        _READ_DIR: listed,
+    }
     size = 8 if version < _NET_SINCE else 16 if version < SCOPES_SINCE else 24
-    attributes = _Ruleset(handled, 0, _SCOPES)
-    rules = _call(_CREATE_RULESET, ctypes.byref(attributes), size, 0)
+    rules = _call(_CREATE_RULESET, ctypes.byref(_Ruleset(handled, 0, _SCOPES)), size, 0)
     try:
-        for paths, allowed in (
-            (readable, _READ),
-            (writable, handled & ~(_MAKE_CHAR | _MAKE_BLOCK | _IOCTL_DEV)),
-            (devices, _READ_FILE | _WRITE_FILE | _TRUNCATE),
-            (listed, _READ_DIR),
-        ):
+        for allowed, paths in rights.items():
             for path in paths:
                 with suppress(FileNotFoundError, NotADirectoryError):
                     _allow(rules, path, allowed & handled)

@@ -1,13 +1,15 @@
-"""A file system of its own for a process, which cannot see other paths, not even by `stat`.
+"""A file system of its own for a process, with chosen paths, which are read-only.
 
-Landlock keeps a process from opening files, but not from asking with `stat` whether there is one and when it was
-changed. Root may have such a file system, and other users where the system lets them have a namespace of users.
+Landlock keeps a process from opening files, but neither from testing by `stat` whether a path exists and when it
+changed, nor from changing permissions and times. Root may have such a file system, and other users where the system
+grants them a namespace of users.
 """
 
 import ctypes
 import os
+import struct
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import cache
 from itertools import pairwise
@@ -17,22 +19,23 @@ from typing import Final
 
 from sunset.confinement._libc import checked, libc
 
-SIZE: Final = 256 << 20
-"""How much the files that a process makes may take, all of them together, in bytes."""
+_SIZE: Final = 256 << 20
+"""Bytes of all files together that a process makes."""
 _FILES: Final = 1 << 16
 
 _NEW_MOUNTS, _NEW_USERS = 0x00020000, 0x10000000
 _NO_SETUID, _NO_DEVICES, _BIND, _RECURSIVE, _PRIVATE = 2, 4, 4096, 16384, 1 << 18
 _DETACH: Final = 2
+_SET_ATTRIBUTES, _AT_RECURSIVE, _READ_ONLY = 442, 0x8000, 1
 _PIVOT_ROOT: Final = {"x86_64": 155, "aarch64": 41}
 
 
 def can_enclose(paths: Iterable[Path]) -> bool:
-    """Return whether this process's forks can have a file system of their own, with these; it forks to find out."""
+    """Return whether processes can have a file system of their own with these paths; a fork of this one tries it."""
     if sys.platform != "linux" or os.uname().machine not in _PIVOT_ROOT:
         return False
     folder = Path(mkdtemp(prefix="sunset-")).resolve()
-    seen = [path for path in paths if _ways(path)]  # found once for all forks
+    seen = [path for path in paths if _ways(path)]  # computed once for all copies
     pid = os.fork()
     if pid == 0:
         code = 1
@@ -47,17 +50,28 @@ def can_enclose(paths: Iterable[Path]) -> bool:
 
 
 def enclose(paths: Iterable[Path], folder: Path) -> None:
-    """Give this process a file system with these files and folders, and an empty folder in memory, and nothing else.
+    """Give this process a file system with these files and folders, read-only, and an empty folder in memory.
 
-    Of a user other than root it makes one who has all capabilities, but in this process only.
+    A user other than root gets all capabilities, but in this process only.
 
     Args:
-        paths: absolute; they are at the same places as before, and so are the links on the way to them.
-        folder: becomes the empty one and the working directory.
+        paths: absolute; they and the links on the way to them keep their places.
+        folder: becomes the empty folder and the working directory.
 
     Raises:
         OSError: the system refuses.
     """
+    _unshare_mounts()
+    _mount("tmpfs", folder, "tmpfs", _NO_SETUID | _NO_DEVICES, f"size={_SIZE},nr_inodes={_FILES},mode=755")
+    _within(folder, folder).mkdir(parents=True)
+    _show_all([way for path in paths for way in _ways(path)], folder)
+    os.chdir(folder)
+    checked(libc().syscall(ctypes.c_long(_PIVOT_ROOT[os.uname().machine]), b".", b"."))
+    checked(libc().umount2(b".", _DETACH))
+    os.chdir(folder)
+
+
+def _unshare_mounts() -> None:
     user, group = os.geteuid(), os.getegid()
     checked(libc().unshare(_NEW_MOUNTS | (0 if user == 0 else _NEW_USERS)))
     if user != 0:
@@ -68,32 +82,29 @@ def enclose(paths: Iterable[Path], folder: Path) -> None:
         ):
             Path("/proc/self", name).write_text(text, encoding="ascii")
     _mount("none", Path("/"), "", _RECURSIVE | _PRIVATE)
-    _mount("tmpfs", folder, "tmpfs", _NO_SETUID | _NO_DEVICES, f"size={SIZE},nr_inodes={_FILES},mode=755")
-    _within(folder, folder).mkdir(parents=True)
+
+
+def _show_all(ways: Sequence[tuple[Path, str | None]], root: Path) -> None:
+    """Let files, folders and links be in a new root at their places."""
     shown: set[Path] = set()
-    ways = [way for path in paths for way in _ways(path)]
     for place in sorted({place for place, target in ways if target == ""}):
         if shown.isdisjoint([place, *place.parents]):
-            _show(place, _within(folder, place))
+            _show(place, _within(root, place))
             shown.add(place)
     for place, target in ways:
         if target and shown.isdisjoint(place.parents):
-            _within(folder, place.parent).mkdir(parents=True, exist_ok=True)
+            _within(root, place.parent).mkdir(parents=True, exist_ok=True)
             with suppress(FileExistsError):
-                _within(folder, place).symlink_to(target)
+                _within(root, place).symlink_to(target)
         elif target is None and shown.isdisjoint([place, *place.parents]):
-            _within(folder, place).mkdir(parents=True, exist_ok=True)
-    os.chdir(folder)
-    checked(libc().syscall(ctypes.c_long(_PIVOT_ROOT[os.uname().machine]), b".", b"."))
-    checked(libc().umount2(b".", _DETACH))
-    os.chdir(folder)
+            _within(root, place).mkdir(parents=True, exist_ok=True)
 
 
 @cache
 def _ways(path: Path) -> tuple[tuple[Path, str | None], ...]:
-    """Return the links on the way to what a path names, with what is in them, and it itself, with an empty text.
+    """Return the links on the way to a path with their targets, and the place at its end with an empty text.
 
-    Folders that the way leaves again, by "..", have None. It is nothing if the path is not there.
+    Folders that the way leaves again by ".." have None. A missing path has no way.
     """
     if not path.exists():
         return ()
@@ -111,7 +122,7 @@ def _left(path: Path) -> list[tuple[Path, None]]:
 
 
 def _normal(path: Path) -> Path:
-    """Return a path, on which there are no links, without its detours."""
+    """Return a path without links and detours."""
     return Path(os.path.normpath(path))
 
 
@@ -120,7 +131,7 @@ def _within(root: Path, path: Path) -> Path:
 
 
 def _show(path: Path, place: Path) -> None:
-    """Let a file or folder be at another place, too."""
+    """Mount a file or folder at another place, read-only."""
     place.parent.mkdir(parents=True, exist_ok=True)
     if path.is_dir():
         with suppress(FileExistsError):
@@ -128,6 +139,9 @@ def _show(path: Path, place: Path) -> None:
     else:
         place.touch()
     _mount(str(path), place, "", _BIND | _RECURSIVE)
+    attributes = struct.pack("=4Q", _READ_ONLY, 0, 0, 0)
+    words = ctypes.c_long(_SET_ATTRIBUTES), -1, os.fsencode(place), _AT_RECURSIVE
+    checked(libc().syscall(*words, attributes, ctypes.c_size_t(len(attributes))))
 
 
 def _mount(source: str, place: Path, kind: str, flags: int, options: str = "") -> None:

@@ -1,4 +1,4 @@
-"""What root gives up before it runs what it does not trust: it becomes a user that owns nothing."""
+"""Dropping root: the process becomes a user that owns no files."""
 
 import ctypes
 import os
@@ -12,7 +12,7 @@ from sunset.confinement._libc import checked, libc
 
 _FIRST_USER: Final = 61184
 _USERS: Final = 4336
-"""Numbers of users that systemd lends to services, so that no person has one of them."""
+"""The range of users that systemd lends to services, so that no person has one of them."""
 
 _READ_ANY_FILE: Final = 2
 _OVERRIDE: Final = 1
@@ -21,24 +21,20 @@ _KEEP, _DROP_BOUND, _AMBIENT, _RAISE, _CLEAR = 8, 24, 47, 2, 4
 _VERSION: Final = 0x20080522
 
 
-def drop_root(folder: Path) -> bool:
-    """Make this process one of a user of its own, if it is root's; it can then read what root can, and not more.
+def drop_root(folder: Path) -> None:
+    """Drop all capabilities, and make root an unprivileged user, which can still read what root can; on Linux.
 
-    Without this, it could signal, trace and imitate all processes of root, and limits on the number of its processes
-    would not bind it. A process of another user gives up its capabilities only.
+    Root could signal and trace all processes, and limits on the number of its processes would not bind it. It stays
+    root, without capabilities, where it may not change its user.
 
     Args:
         folder: the new user owns it.
-
-    Returns:
-        Whether it has a user of its own now; False too where root may not change its user.
     """
     if sys.platform != "linux":
-        return False
+        return
     library = libc()
     permitted = _permitted() if os.geteuid() == 0 else 0
-    kept = next((1 << one for one in (_READ_ANY_FILE, _OVERRIDE) if permitted >> one & 1), 0)
-    changed = False
+    kept = next((1 << number for number in (_READ_ANY_FILE, _OVERRIDE) if permitted >> number & 1), 0)
     for capability in range(_CAPABILITIES):
         if not kept >> capability & 1:
             library.prctl(_DROP_BOUND, capability, 0, 0, 0)
@@ -51,11 +47,9 @@ def drop_root(folder: Path) -> bool:
             os.setgroups([])
             os.setresgid(user, user, user)
             os.setresuid(user, user, user)
-            changed = True
     _set_capabilities(kept)
     if kept:  # for the programs that it starts, too
         library.prctl(_AMBIENT, _RAISE, kept.bit_length() - 1, 0, 0)
-    return changed
 
 
 def _permitted() -> int:

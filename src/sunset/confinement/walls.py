@@ -1,11 +1,11 @@
-"""The walls around a confined process: what is put up, in which order, and what a system has none of."""
+"""The walls around a confined process: their order, and the walls that a system lacks."""
 
 import os
 import resource
 import site
 import sys
 import sysconfig
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -22,18 +22,18 @@ WALLS: Final = {
     "seccomp": "what it starts may outlive its run",
     "namespaces": "it may ask by stat whether a path exists, and fill the disk",
 }
-"""The walls that a system may lack: name → what is open without it."""
+"""The walls that a system may lack: name → the consequence."""
 
 MEMORY: Final = 4 << 30
-"""How much memory a process may take, in bytes: a learned managing system brings its framework."""
+"""Bytes of memory that a process may take: a learned managing system brings its framework."""
 _FILE: Final = 256 << 20
 _OPEN_FILES: Final = 256
 _TASKS: Final = 256
-"""How many processes and threads there may be besides those that there are."""
+"""Processes and threads that there may be besides the present ones."""
 
 _PACKAGE: Final = Path(__file__).parents[1]
 _HIDDEN: Final = (_PACKAGE / "wild").resolve()
-"""What no confined process reads, wherever it is installed: the faults that no catalogue lists."""
+"""Faults that no catalogue lists, which no confined process can read."""
 _SYSTEM: Final = (
     *("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64"),
     *(
@@ -55,48 +55,33 @@ _SYSTEM: Final = (
     ),
     *("/dev/zero", "/dev/random", "/dev/urandom"),
 )
-"""What programs need of a system; no user's own files are there."""
-_PROGRAMS: Final = "/etc", "java-*"
-"""Where Debian has the configuration of a language's runtime."""
+"""Paths that programs need, without files of users."""
 _DEVICES: Final = (Path("/dev/null"), Path("/dev/full"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """What a confined process can see besides Python, this package, the system's programs and a folder of its own.
-
-    All paths are absolute.
-    """
+    """Absolute paths that a confined process sees besides Python, this package, system programs and its own folder."""
 
     modules: tuple[Path, ...] = ()
     """Python files that can be imported, from the first folder of `search` that is above them."""
     search: tuple[Path, ...] = ()
     """Folders in which modules are looked up before all others; they cannot be listed."""
     readable: tuple[Path, ...] = ()
-    """Files that can be read and executed, and folders with all that is in them."""
-    network: bool = True
-    """Whether it has the network."""
+    """Files that can be read and executed, and folders with all files in them."""
 
-    def to_json(self) -> dict[str, object]:
-        """Return it as what JSON can hold."""
-        return {name: _plain(value) for name, value in asdict(self).items()}
+    def to_json(self) -> dict[str, list[str]]:
+        """Return the paths as JSON can hold them."""
+        return {name: list(map(str, paths)) for name, paths in asdict(self).items()}
 
     @classmethod
-    def from_json(cls, fields: dict[str, list[str] | bool]) -> Self:
-        """Return what `to_json` was made of."""
-        made = {
-            name: tuple(map(Path, value)) if isinstance(value, list) else value
-            for name, value in fields.items()
-        }
-        return cls(**made)  # type: ignore[arg-type]  # they are of a view
-
-
-def _plain(value: object) -> object:
-    return [str(path) for path in value] if isinstance(value, tuple) else value
+    def from_json(cls, fields: Mapping[str, list[str]]) -> Self:
+        """Return the view of which `to_json` was called."""
+        return cls(**{name: tuple(map(Path, paths)) for name, paths in fields.items()})
 
 
 def missing_walls() -> dict[str, str]:
-    """Return the walls that this system lacks: name → what is open without it."""
+    """Return the walls that this system lacks: name → the consequence."""
     present = {
         "Landlock": landlock_version() > 0,
         "seccomp": can_filter_calls(),
@@ -106,7 +91,7 @@ def missing_walls() -> dict[str, str]:
 
 
 def confinement_report() -> str:
-    """Return which walls this system has, in words, and what is open for want of one."""
+    """Return the walls that this system has, and the consequences of the missing walls, in words."""
     missing = {name: f"no {name}: {text}" for name, text in missing_walls().items()}
     walls = [
         missing.get("Landlock", f"Landlock {landlock_version()}"),
@@ -120,13 +105,13 @@ def confinement_report() -> str:
 
 
 def put_up(view: View, folder: Path) -> None:
-    """Restrict this process, and what it starts, to a view and a folder, for ever.
+    """Restrict this process and its children to a view and a folder, for ever.
 
     Raises:
-        OSError: the system has a wall, but refuses it.
+        OSError: the system refuses a wall that it has.
     """
     seen = (*_needed(), *view.modules, *view.readable)
-    _limit()
+    _limit_resources()
     if enclosing():
         enclose((*seen, *_DEVICES), folder)
     drop_root(folder)
@@ -138,26 +123,26 @@ def put_up(view: View, folder: Path) -> None:
         _DEVICES,
         listed=[part for _, listed in parts for part in listed],
     )
-    filter_calls(network=view.network, signals=landlock_version() >= SCOPES_SINCE)
+    filter_calls(signals=landlock_version() >= SCOPES_SINCE)
 
 
 @cache
 def enclosing() -> bool:
-    """Return whether processes get a file system of their own; it forks the first time, to find out."""
+    """Return whether processes get a file system of their own; the first call forks to try it."""
     return can_enclose((*_needed(), *_DEVICES))
 
 
 def prepare() -> None:
-    """Find out ahead, for all processes that are forked from this one, what the walls are made of."""
+    """Compute the parts of the walls once for all processes that will be forked from this one."""
     for place in _needed():
         _without_hidden(place)
     enclosing()
-    filter_program(network=True, signals=landlock_version() >= SCOPES_SINCE)
+    filter_program(signals=landlock_version() >= SCOPES_SINCE)
 
 
 @cache
 def _without_hidden(place: Path) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
-    """Return what may be read at a place, and which folders may be listed only, since what is hidden is in them."""
+    """Return the paths at a place that may be read, and the folders above `_HIDDEN`, which may only be listed."""
     real = place.resolve()
     if real.is_relative_to(_HIDDEN):
         return (), ()
@@ -168,29 +153,35 @@ def _without_hidden(place: Path) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     return readable, (real, *(path for _, paths in parts for path in paths))
 
 
-def _limit() -> None:
-    for what, most in (
-        (resource.RLIMIT_DATA, MEMORY),
-        (resource.RLIMIT_FSIZE, _FILE),
-        (resource.RLIMIT_NOFILE, _OPEN_FILES),
-        (resource.RLIMIT_CORE, 0),
-    ):
-        lower(what, most)
+def limit_memory() -> None:
+    """Let this process take 4 GiB of memory beyond the memory that it has, on Linux, and leave no core dump."""
+    _lower(resource.RLIMIT_CORE, 0)
+    size = Path("/proc/self/statm")
+    if size.exists():
+        taken = int(size.read_text(encoding="ascii").split()[5]) * resource.getpagesize()
+        _lower(resource.RLIMIT_DATA, taken + MEMORY)
+
+
+def _limit_resources() -> None:
+    """Limit the resources of this process and of its children."""
+    _lower(resource.RLIMIT_DATA, MEMORY)
+    _lower(resource.RLIMIT_FSIZE, _FILE)
+    _lower(resource.RLIMIT_NOFILE, _OPEN_FILES)
+    _lower(resource.RLIMIT_CORE, 0)
     if sys.platform == "linux":
-        lower(resource.RLIMIT_NPROC, _TASKS + _tasks())
+        _lower(resource.RLIMIT_NPROC, _TASKS + _tasks())
         # where memory is short, this process goes first
         Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
 
 
-def lower(what: int, most: int) -> None:
-    """Lower a limit of this process, for ever, unless it is lower."""
-    _, hard = resource.getrlimit(what)
-    limit = most if hard == resource.RLIM_INFINITY else min(most, hard)
-    resource.setrlimit(what, (limit, limit))
+def _lower(kind: int, limit: int) -> None:
+    _, hard = resource.getrlimit(kind)
+    limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+    resource.setrlimit(kind, (limit, limit))
 
 
 def _tasks() -> int:
-    """Return how many processes and threads the user may have, at most: all that there are; root will have none."""
+    """Return an upper bound of the user's present processes and threads; root becomes a user without any."""
     if os.geteuid() == 0:
         return 0
     return int(Path("/proc/loadavg").read_text(encoding="ascii").split()[3].partition("/")[2])
@@ -198,15 +189,15 @@ def _tasks() -> int:
 
 @cache
 def _needed() -> tuple[Path, ...]:
-    """Return what Python needs of the file system, and what programs do."""
-    programs = Path(_PROGRAMS[0]).glob(_PROGRAMS[1])
+    """Return the paths that Python and programs need."""
+    programs = Path("/etc").glob("java-*")  # Debian's configuration of Java
     places = dict.fromkeys([*map(Path, _SYSTEM), *programs, _PACKAGE, *_python()])
-    # a home may be closed to who runs this
+    # this user may not be allowed into the home of the interpreter's owner
     return tuple(place for place in places if os.access(place, os.F_OK))
 
 
 def _python() -> Iterable[Path]:
-    """Return where this interpreter is, and what is installed for it; never a folder that holds other things too."""
+    """Return the paths of this interpreter and its packages, without folders that may hold users' files."""
     prefixes = {sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix}
     parts = ("bin", "lib", "lib64", "share", "ssl", "pyvenv.cfg")
     places = [Path(prefix, part) for prefix in prefixes for part in parts]

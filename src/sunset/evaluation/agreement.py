@@ -11,9 +11,9 @@ from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.paired import Difference, difference
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.metrics import RunMetrics, score
+from sunset.processes.workers import Progress
 from sunset.recording import read_timeline
 from sunset.texts import shorten
-from sunset.workers import Progress
 
 TOLERANCE: Final = 0.2
 """The tolerance of the live mean, as a share of the simulation's mean."""

@@ -13,6 +13,7 @@ from msgspec import to_builtins
 from sunset.errors import RecordError
 from sunset.evaluation.intervals import Cluster
 from sunset.metrics import Evidence, FaultOutcome, RunMetrics, score
+from sunset.processes.workers import Progress
 from sunset.recording import (
     PLAN_FILE,
     RUN_FILE,
@@ -22,7 +23,6 @@ from sunset.recording import (
     stored_figures,
 )
 from sunset.system import DURATION_S, REPAIR
-from sunset.workers import Progress
 
 FIGURES: Final = RunMetrics.names()
 """The names of a run's figures, as of `RunMetrics`."""

@@ -5,23 +5,26 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
+from msgspec import to_builtins
+
 from sunset.errors import InvalidInputError, ManagerError, MiddlewareError, SunsetError
 from sunset.experiments.parameters import Parameters, known_scenario, manager_parameters, node_parameters
-from sunset.experiments.processes import NodeProcesses
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.harness.deployment import deployed_scenario, deployment
 from sunset.harness.launcher import Launcher
+from sunset.harness.manager_process import ManagerSpec
 from sunset.harness.node_process import NodeSpec
-from sunset.interruption import held_signals
+from sunset.harness.node_processes import NodeProcesses
 from sunset.managing import EXTERNAL
 from sunset.names import qualified_name
+from sunset.processes.signals import held_signals
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
@@ -188,15 +191,19 @@ class LiveSystem:
         faults = [fault.name for fault in spec.scenario.faults]
         specs = {name: spec_of(node=name, faults=faults) for name in names}
         if spec.manager != EXTERNAL:
-            known = known_scenario(spec, resources)
+            manager = ManagerSpec(
+                manager=spec.manager,
+                limit_s=spec.settings.manager_limit_s,
+                variables=spec.settings.manager_env,
+                parameters={"use_sim_time": True} | manager_parameters(spec, resources),
+                log=True,
+                live=True,
+                scenario=known_scenario(spec, resources),
+            )
             specs[MANAGER_PROCESS] = spec_of(
                 node=MANAGING_SYSTEM,
-                manager=spec.manager,
-                manager_limit_s=spec.settings.manager_limit_s,
-                manager_env=spec.settings.manager_env,
-                parameters={"use_sim_time": True} | manager_parameters(spec, resources),
+                confined=to_builtins(manager),
                 occasion=f"{spec.scenario.name}, seed {spec.seed}",
-                scenario=None if known is None else asdict(known),
             )
         return specs
 

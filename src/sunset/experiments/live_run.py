@@ -19,10 +19,10 @@ from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.interruption import held_signals
 from sunset.managing import EXTERNAL
 from sunset.metrics import Timeline
 from sunset.names import base_name, qualified_name
+from sunset.processes.signals import held_signals
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap

@@ -8,9 +8,11 @@ from typing import Any, Final
 from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetError
 from sunset.experiments.observer import Observer
 from sunset.experiments.spec import RunSpec, Settings
-from sunset.harness.confined_manager import killed_error, manager_process
-from sunset.isolation import ProcessDeath, Watch, call_isolated
+from sunset.harness.confined_manager import manager_process
+from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import EXTERNAL
+from sunset.processes.calls import Watch, call_isolated
+from sunset.processes.process import ProcessDeath, killed_error
 from sunset.ros import CallbackError
 from sunset.system import current_system
 from sunset.texts import described_error, line_text
@@ -37,8 +39,8 @@ def checksum_and_versions(manager: str, settings: Settings) -> tuple[str, dict[s
     """Do as `manager_checksum`; return also the versions of the distributions that it imported, by name."""
     if manager == EXTERNAL:
         return "", {}
-    limit_s, variables = settings.manager_limit_s, settings.manager_env
-    with manager_process(manager, limit_s=limit_s, variables=variables) as process:
+    spec = ManagerSpec(manager=manager, limit_s=settings.manager_limit_s, variables=settings.manager_env)
+    with manager_process(spec) as process:
         check_name(f"/{process.loaded.node_name}", manager)
         return process.checksum(), process.imported_versions()
 

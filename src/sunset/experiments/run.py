@@ -22,11 +22,12 @@ from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.stored_faults import stored_faults
 from sunset.harness.confined_manager import manager_process
+from sunset.harness.manager_process import ManagerSpec
 from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import Command, FaultInjection
-from sunset.isolation import Watch
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import Evidence, RunMetrics, Timeline, score
+from sunset.processes.calls import Watch
 from sunset.recording import (
     RecordedMessage,
     RecordWriter,
@@ -202,22 +203,22 @@ def _run_simulated(
     known: str | None,
     played: Sequence[Command],
 ) -> _Outcome:
-    parameters = manager_parameters(spec, resources)
-    with manager_process(
-        spec.manager,
+    manager_spec = ManagerSpec(
+        manager=spec.manager,
         limit_s=spec.settings.manager_limit_s,
         variables=spec.settings.manager_env,
-        parameters=parameters,
+        parameters=manager_parameters(spec, resources),
         log=log,
         scenario=known_scenario(spec, resources),
-    ) as manager:
+    )
+    with manager_process(manager_spec) as manager:
         check_name(f"/{manager.loaded.node_name}", spec.manager)
 
         def run_isolated(watch: Watch) -> dict[str, object]:
             with system_with(fault.name for fault in spec.scenario.faults):
                 observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
                 start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
-            manager.end()
+            manager.process.kill()
             writer.hand_over()
             return {
                 "start_ns": start_ns,
@@ -229,7 +230,7 @@ def _run_simulated(
         found = manager.checksum()
         _check_same(spec.manager, found, known)
         nodes = current_system().nodes if spec.extensions else ()
-        told = isolate(spec, run_isolated, kept=manager.descriptors, nodes=nodes)
+        told = isolate(spec, run_isolated, kept=manager.process.descriptors, nodes=nodes)
         _check_same(spec.manager, manager.checksum(), found)
     writer.take_over()
     return _Outcome(

@@ -23,8 +23,8 @@ from sunset.interfaces.rcl_interfaces.srv import SetParameters, SetParametersAto
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.isolation import Watch
 from sunset.names import base_name
+from sunset.processes.calls import Watch
 from sunset.rmw.remote import Gateway
 from sunset.rmw.sim import SimProcess, Simulation, Tap
 from sunset.ros import Context, Node, Parameter, SingleThreadedExecutor

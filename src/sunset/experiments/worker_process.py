@@ -21,7 +21,7 @@ from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare
 from sunset.experiments.spec import Settings
 from sunset.experiments.worker import Order, check_same, facts_of
-from sunset.isolation import UnexpectedError
+from sunset.processes.calls import UnexpectedError
 from sunset.system import extended_system
 
 _IDLE_S: Final = 60

@@ -1,3 +1,3 @@
-"""What surrounds the managed system: bag player, monitor, evaluator, scenario executor, launcher, conductors."""
+"""The surroundings of the managed system: bag player, monitor, evaluator, scenario executor, launcher, conductors."""
 
 __all__: list[str] = []

@@ -1,4 +1,4 @@
-"""How a step of an injection is done to a node: a request, and what becomes of it."""
+"""Requests to managed nodes that inject a fault, and their outcome."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,12 +37,12 @@ _TRANSITIONS: Final = MappingProxyType(
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of a step.
+    """The outcome of a step.
 
     Attributes:
         refusal: why it was not confirmed; empty if it was.
-        late: whether it was not confirmed because the node did not answer in time.
-        changed: whether the step has changed a node's state, by activating or deactivating it.
+        late: whether the node did not answer in time.
+        changed: whether the step has activated or deactivated a node.
     """
 
     refusal: str = ""
@@ -51,11 +51,11 @@ class Answer:
 
 
 class Injector:
-    """Sets parameters and changes the states of managed nodes, in the name of the scenario executor.
+    """Sets parameters and changes the states of managed nodes for the scenario executor.
 
     Args:
         node: the scenario executor.
-        targets: short names of the nodes in which something may be injected.
+        targets: short names of the nodes that injections may concern.
     """
 
     def __init__(self, node: Node, targets: tuple[str, ...]) -> None:
@@ -66,12 +66,7 @@ class Injector:
                 self._caller(service, target)
 
     def apply(self, step: Adaptation, *, access: bool = False) -> Future[Answer]:
-        """Do a step of an injection.
-
-        Args:
-            step: what is done.
-            access: whether it changes or ends a fault that is there.
-        """
+        """Do a step of an injection; `access` says whether it changes or ends a fault that is there."""
         outcome: Future[Answer] = Future()
 
         def finish(answer: Answer) -> None:

@@ -1,11 +1,14 @@
-"""One fault of a scenario while it is played: whether it has come, is there, and is over."""
+"""The state of a fault of a scenario, and its strength over time."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import count
+from math import inf
+from typing import Final
 
-from sunset.harness._course import Change
 from sunset.scenarios import ScenarioFault
 from sunset.system import (
+    PERIOD_S,
     Adaptation,
     AdaptationKind,
     Fault,
@@ -15,20 +18,71 @@ from sunset.system import (
     goal_of,
 )
 
+STEP_S: Final = PERIOD_S
+"""Seconds between two steps of a ramp; frames come as often."""
+
+Change = tuple[float, Value | None]
+"""Time in seconds of the measured time, and the strength from then on; None without the fault."""
+
+
+def course(fault: ScenarioFault, onset_s: float) -> Iterator[Change]:
+    """Yield the changes of a fault's strength in order of time; endlessly for an intermittent fault that stays.
+
+    The onset is in seconds of the measured time.
+
+    >>> list(course(ScenarioFault("gpu_failure", until=4.0), 2.0))
+    [(2.0, True), (4.0, None)]
+    """
+    end = inf if fault.until is None else fault.until
+    for time_s, value in _changes(fault, onset_s):
+        if time_s >= end:
+            break
+        yield time_s, value
+    if end < inf:
+        yield end, None
+
+
+def _changes(fault: ScenarioFault, onset_s: float) -> Iterator[Change]:
+    profile, full = fault.profile, fault.value
+    if full is None:
+        raise ValueError(f"The severity of {fault.name} has no strength yet.")
+    if profile.rise is not None and not isinstance(full, str):
+        yield from _growth(full, profile.rise, onset_s)
+    elif profile.on is not None and profile.off is not None:
+        for number in count():
+            begin = onset_s + number * (profile.on + profile.off)
+            yield begin, full
+            yield begin + profile.on, None
+    else:
+        yield onset_s, full
+
+
+def _growth(full: float, rise_s: float, onset_s: float) -> Iterator[Change]:
+    """Yield the changes of a strength that grows from 0."""
+    steps = max(1, round(rise_s / STEP_S))
+    last: float = 0
+    for number in range(1, steps + 1):
+        share = full * number / steps
+        # a whole number has its least strength at once
+        value = (round(share) or (1 if full > 0 else -1)) if isinstance(full, int) else share
+        if value != last:
+            yield onset_s + rise_s * number / steps, value
+        last = value
+
 
 @dataclass(eq=False)
 class Occurrence:
     """A fault of a scenario, and its state.
 
     Attributes:
-        plan: what the scenario says of it.
+        plan: its entry in the scenario.
         waiting: whether its onset is due, and its node is not up.
         coming: whether its injection was ordered, and is not confirmed yet.
         begun: whether it has come once.
         there: whether it is there now.
-        over: whether it does not come any more: it was cured, has healed for good, or could not be injected.
-        changes: what is still to come of its course.
-        grown: the strength that it was given last while it was there; None if that never was.
+        over: whether it never comes again: it was cured, has healed for good, or could not be injected.
+        changes: the rest of its course.
+        grown: the last strength that was set while it was there; None if there is none.
         activated: the nodes that its injection has activated.
     """
 
@@ -79,14 +133,14 @@ class Occurrence:
         return any(goal_of(cure[0]) == wanted for cure in self.fault.cures if len(cure) == 1)
 
     def injection(self, value: Value) -> tuple[Adaptation, ...]:
-        """Return what injects it at a strength."""
+        """Return the steps that inject it at a strength."""
         return tuple(
             replace(step, value=value) if step.parameter == self.fault.parameter else step
             for step in self.fault.injection
         )
 
     def removal(self) -> tuple[Adaptation, ...]:
-        """Return what takes it away: its parameter as it is without it, the nodes that it activated as they were."""
+        """Return the steps that remove it: they reset its parameter, and deactivate the nodes that it activated."""
         fault = self.fault
         steps = [
             replace(step, value=fault.healthy)

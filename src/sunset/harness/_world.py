@@ -1,4 +1,4 @@
-"""What is seen of the managed nodes, and what outlasts their processes, as the scenario executor remembers it."""
+"""The scenario executor's memory of the managed nodes, and of faults that outlast their processes."""
 
 from collections.abc import Iterable
 
@@ -22,17 +22,14 @@ _FIRST = "use_sim_time"
 
 
 class World:
-    """The external and configuration faults that are there now, the steps that restore them, and the nodes' states.
-
-    Its methods take what was observed of a node.
-    """
+    """The external and configuration faults that are there now, the steps that restore them, and the nodes' states."""
 
     def __init__(self) -> None:
         self._lasting: dict[tuple[str, str], tuple[Adaptation, Fault]] = {}
         self._states: dict[str, str] = {}
         self._values: dict[Key, str] = {}
         self._starting: set[str] = set()
-        self._started_anew: set[str] = set()
+        self._restarted: set[str] = set()
         self._initial_states = current_system().initial_states
 
     def hold(self, steps: Iterable[Adaptation], fault: Fault) -> None:
@@ -49,44 +46,44 @@ class World:
         return any(held is fault for _, held in self._lasting.values())
 
     def settle(self) -> None:
-        """Take all nodes except redeployed ones as up, which they are when the first fault is injected."""
-        self._starting &= self._started_anew
+        """Take all nodes except redeployed nodes as up, since the first fault is being injected."""
+        self._starting &= self._restarted
 
     def is_settled(self, node: str) -> bool:
-        """Return whether a node's process is there, and the node has been in its initial state since its start."""
+        """Return whether a node has been in its initial state since its process started."""
         return node not in self._starting
 
     def see_transition(self, node: str, start: str, goal: str) -> bool:
-        """Take note of a lifecycle transition; return whether the process ends by it, or is a new one."""
+        """Note a lifecycle transition; return whether it ends the process, or shows that the process is new."""
         is_new = start == "unconfigured" and self._states.get(node, "unconfigured") != "unconfigured"
         self._states[node] = goal
         if goal == "finalized" or is_new:
-            self._begin_anew(node)
+            self._restart(node)
             return True
         if goal == self._initial_states.get(node):
             self._starting.discard(node)
         return False
 
     def see_value(self, node: str, parameter: str, value: Value, *, declared: bool) -> bool:
-        """Take note of the value that a parameter got; return whether this shows that the process is a new one."""
+        """Note the value of a parameter; return whether it shows that the process is new."""
         self._values[node, parameter] = comparable_text((node, parameter), value)
         if not declared or parameter != _FIRST:
             return False
-        self._begin_anew(node)
+        self._restart(node)
         self._states[node] = "unconfigured"
         return True
 
-    def _begin_anew(self, node: str) -> None:
-        """Take note that a node's process has ended, and another one is being started."""
+    def _restart(self, node: str) -> None:
+        """Note that a node's process has ended, and another is starting."""
         if node in self._states:
-            self._started_anew.add(node)
+            self._restarted.add(node)
         self._starting.add(node)
 
     def after_transition(self, node: str, start: str, goal: str) -> list[Adaptation]:
-        """Return what to do after a lifecycle transition from the state `start` to `goal`.
+        """Return the steps to repeat after a lifecycle transition from the state `start` to `goal`.
 
-        A node that comes up gets its parameters when it is configured, and to be safe when it is active: its
-        first messages may be lost while it is being discovered.
+        A node that comes up gets its parameters when it is configured, and again when it is active, since its first
+        messages may be lost during discovery.
         """
         if (start, goal) == ("deactivating", "inactive"):  # the node was removed on purpose
             self._lasting.pop(_key(Adaptation(AdaptationKind.ACTIVATE, node)), None)
@@ -100,7 +97,7 @@ class World:
         ]
 
     def after_change_to(self, node: str, parameter: str, value: Value) -> list[Adaptation]:
-        """Return what to do after a parameter of a running node got a value."""
+        """Return the steps to repeat after a change of a parameter of a running node."""
         key = node, parameter
         step, fault = self._lasting.get(key, (None, None))
         if step is None or fault is None or goal_of(step) == (key, comparable_text(key, value)):
@@ -112,7 +109,7 @@ class World:
         return [step]
 
     def is_worked_around(self, fault: Fault) -> bool:
-        """Return whether a cure is in place of a fault that lives in the world and cannot be ended."""
+        """Return whether a cure of an external fault is in place."""
         return fault.kind is FaultKind.EXTERNAL and any(
             is_in_place(fault, cure, self._setting) for cure in fault.cures
         )
@@ -124,9 +121,9 @@ class World:
         )
 
     def cause_of(self, fault: Fault, done: str) -> str:
-        """Return what has cured an internal fault, whose parameter its node has just set back; `done` if nothing seen.
+        """Return the cause of an internal fault's end, whose parameter its node has just reset.
 
-        A restart does so while the node is not active, and else a parameter that the node acts on.
+        The cause is a restart if the node is not active; otherwise a parameter that is a cure, else `done`.
         """
         if self._states.get(fault.node, "active") != "active":
             return f"restart {fault.node}"

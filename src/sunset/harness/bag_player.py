@@ -23,21 +23,21 @@ if TYPE_CHECKING:
 
 
 class BagPlayer(Node):
-    """Publishes `/rgb_raw`, `/depth_raw`, `/gt_segmentation` and `/clock` from a bag, once it is started.
+    """Publishes `/rgb_raw`, `/depth_raw`, `/gt_segmentation` and `/clock` from a bag.
 
-    All stamps are the bag's. The service `~/start` (std_srvs/srv/Trigger) starts it from the first frame,
-    also when it is playing already.
+    The stamps are the bag's. The service `~/start` (std_srvs/srv/Trigger) starts it from the first frame, even while it
+    plays.
 
     Parameters:
         bag: a rosbag2 folder or file.
-        start_frame: the first frame that is played.
-        frames: how many are played; 0 for all that follow, without an end if `loop`.
+        start_frame: the first frame.
+        frames: the number of frames; 0 for all frames that follow, without an end if `loop`.
         loop: whether the bag's first frame follows its last, after the bag's mean time between two frames.
         rate: frames per second.
         phase: seconds from the start to the first frame.
 
     Args:
-        reader: an open bag; None for the one that the parameter names.
+        reader: an open bag; None to open the bag that the parameter names.
         options: as of `Node`.
     """
 
@@ -77,12 +77,6 @@ class BagPlayer(Node):
         return self.get_parameter(name).value
 
     def _named_bag(self) -> "BagReader":
-        """Return the bag that the parameter names.
-
-        Raises:
-            ParameterError: no bag is named.
-            DataError: the bag is missing or damaged.
-        """
         name = self._value("bag")
         if not name:
             raise ParameterError(
@@ -93,15 +87,10 @@ class BagPlayer(Node):
         return read_bag(Path(name), size=self._size())
 
     def _size(self) -> tuple[int, int] | None:
-        """Return height and width of the frames; None for those of the bag."""
+        """Return the height and width of the frames; None for the bag's."""
         return None
 
     def _chosen_frames(self) -> range:
-        """Return the numbers of the frames to play.
-
-        Raises:
-            ParameterError: the bag is not that long.
-        """
         start, count, length = self._value("start_frame"), self._value("frames"), len(self._bag)
         loop = self._value("loop")
         stop = start + count if count else sys.maxsize if loop else length
@@ -149,10 +138,10 @@ class BagPlayer(Node):
         self._next += 1
 
     def _describe(self, header: Header) -> None:
-        """Publish what belongs to a frame besides its images."""
+        """Publish a frame's other messages."""
 
     def _stamp(self) -> Time:
-        """Return the stamp of the frame that is played, after it was made the time."""
+        """Publish the time of the next frame on `/clock`, and return it."""
         stamps = self._bag.stamps_ns
         laps, number = divmod(self._next, len(stamps))
         span_ns = int(stamps[-1] - stamps[0])

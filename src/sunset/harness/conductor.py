@@ -1,9 +1,8 @@
-"""What the nodes that conduct a flight have in common: they start it, and inject the scenario's faults."""
+"""The base of nodes that conduct a flight: they start it, and inject the scenario's faults."""
 
 from collections.abc import Callable
 
 from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.nodes.base import call_later
 from sunset.ros.client import Client
 from sunset.ros.context import Context
 from sunset.ros.node import Node
@@ -19,16 +18,12 @@ class Conductor(Node):
         self._injector = self.create_client(Trigger, "/scenario_executor/inject")
 
     def start_flight(self, done: Callable[[bool, str], None]) -> None:
-        """Start the flight; `done` gets whether it has begun, and what the bag player says."""
+        """Start the flight; `done` gets whether it has begun, and the bag player's message."""
         self._ask(self._player, done)
 
     def inject(self, done: Callable[[bool, str], None]) -> None:
-        """Inject the faults; `done` gets whether all are injected, and what the scenario executor says."""
+        """Inject the faults; `done` gets whether all are injected, and the scenario executor's message."""
         self._ask(self._injector, done)
-
-    def call_later(self, delay: float, function: Callable[[], None]) -> None:
-        """Call a function once, after a delay in seconds."""
-        call_later(self, delay, function)
 
     @staticmethod
     def _ask(client: Client[Trigger.Request, Trigger.Response], done: Callable[[bool, str], None]) -> None:

@@ -1,8 +1,4 @@
-"""The evaluator: compares what the pipeline says with what was recorded.
-
-It is an observer from outside: it subscribes to the result and to the truth, and knows nothing of the nodes
-between them.
-"""
+"""The evaluator: compares the pipeline's results with the recorded labels."""
 
 from typing import Any, Final
 
@@ -26,7 +22,7 @@ _NOTHING: Final = np.empty((0, 0), np.uint8)
 class Evaluator(Node):
     """Publishes `/seg_metrics`: the pipeline's `segmentation` against the truth of the same stamp.
 
-    A truth in which no pixel has a known class is published at once, with the IoU NaN: there is nothing to compare.
+    A truth without a known class is published at once, with the IoU NaN.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -85,7 +81,7 @@ def _is_unknown(truth: Image) -> bool:
     try:
         return not (CLASS_OF_CARLA_ID.take(array_of_labels(truth)) != IGNORED).any()
     except DataError:
-        return False  # it is said where it is compared
+        return False  # the comparison logs the error
 
 
 def _keep(waiting: dict[int, Image], message: Image) -> None:

@@ -1,13 +1,12 @@
-"""The node that plays a scenario: it injects its faults, ends them, and keeps the world as the scenario says."""
+"""The node that plays a scenario: it injects and ends faults, and keeps the world as the scenario says."""
 
 import math
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, cast
 
-from sunset.harness._course import course
 from sunset.harness._injector import Answer, Injector
-from sunset.harness._occurrence import Occurrence
+from sunset.harness._occurrence import Occurrence, course
 from sunset.harness._world import World
 from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
 from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterEvent
@@ -39,26 +38,25 @@ from sunset.texts import counted
 
 
 class ScenarioExecutor(Node):
-    """Plays a scenario from the moment on at which `~/inject` (std_srvs/srv/Trigger) is called.
+    """Plays a scenario when `~/inject` (std_srvs/srv/Trigger) is called.
 
-    The answer comes when every injection that is due at once is confirmed by its node, or refused, or not answered; it
-    is successful only if all are confirmed. Every injection is published on `/experiment/injections`, with
-    the time at which it was ordered, and every end of a fault on `/experiment/fault_ends`, with what ended it. Nothing
-    of it is logged, since a managing system may read the log.
+    The service responds when each injection that is due at once is confirmed by its node, refused, or late; its success
+    means that all are confirmed. Injections are published on `/experiment/injections` with the time of their order, and
+    ends of faults on `/experiment/fault_ends` with their cause. Nothing is logged, since a managing system may read the
+    log.
 
-    A fault heals where the scenario says so. One that follows another one comes only if that is still there: an
-    internal one that was not cured, an external one that no cure works around. An internal fault whose node is being
-    started comes when the node is up.
+    A fault heals where the scenario says so. A fault that follows another comes only if the other is still there: an
+    internal fault that was not cured, or an external fault that no cure works around. An internal fault whose node is
+    starting comes when the node is up.
 
-    Meanwhile it plays the world. A fault that lives outside of the nodes outlasts their processes: it
-    is put back when its node starts anew. An external fault is put back also when its parameter is set,
-    since that does not change the weather. If the managing system changes a faulty configuration, it
-    owns this configuration from then on.
+    A fault outside of the nodes outlasts their processes: it is restored when its node starts again. An external fault
+    is also restored when its parameter is set, since that does not change the weather. If the managing system changes a
+    faulty configuration, it owns this configuration from then on.
 
-    Its endpoints are the same in every scenario, so that the graph does not tell what is about to be injected.
+    The endpoints are the same in every scenario, so that the graph does not reveal the faults.
 
     Args:
-        scenario: what to inject; None to load what the parameter `scenario` names.
+        scenario: the scenario; None to load the one that the parameter `scenario` names.
         options: as of `Node`.
 
     Raises:
@@ -70,7 +68,6 @@ class ScenarioExecutor(Node):
         described = ParameterDescriptor(description="name or file of the scenario", read_only=True)
         name = self.declare_parameter("scenario", scenario.name if scenario else "", described).value
         self.scenario = scenario or load_scenario(cast("str", name))
-        """What is played."""
         self._world = World()
         self._played: tuple[Occurrence, ...] = ()
         self._start_ns = 0
@@ -93,15 +90,15 @@ class ScenarioExecutor(Node):
         self._start_ns = self.get_clock().now().nanoseconds
         self._world.settle()
         self._played = tuple(map(Occurrence, self.scenario.faults))
-        by_themselves = [occurrence for occurrence in self._played if occurrence.plan.after is None]
+        first = [occurrence for occurrence in self._played if occurrence.plan.after is None]
         due = [
             occurrence
-            for occurrence in by_themselves
+            for occurrence in first
             if occurrence.plan.at == 0
             and occurrence.plan.profile.rise is None
             and not self._must_wait(occurrence)
         ]
-        for occurrence in by_themselves:
+        for occurrence in first:
             if occurrence not in due:
                 self._at(occurrence.plan.at, partial(self._come, occurrence))
         answers = [(occurrence, self._is_up(occurrence), self._begin(occurrence)) for occurrence in due]
@@ -117,17 +114,15 @@ class ScenarioExecutor(Node):
         return response
 
     def _at(self, time_s: float, function: Callable[[], None]) -> None:
-        """Call a function at a time, in seconds after the measured time began; at once if that is over."""
+        """Call a function at a time, in seconds of the measured time; at once if the time is over."""
         delay_ns = self._start_ns + round(time_s * NS_PER_S) - self.get_clock().now().nanoseconds
         if delay_ns <= 0:
             function()
         else:
             call_later(self, delay_ns / NS_PER_S, function)
 
-    # What comes and goes
-
     def _come(self, occurrence: Occurrence) -> None:
-        """Let a fault come, or wait until its node is up; what lives in the world does not wait."""
+        """Let a fault come; an internal fault waits until its node is up."""
         _, strength = next(course(occurrence.plan, self._seconds()))
         if occurrence.over or strength is None:  # it has healed before it would be there
             occurrence.over, occurrence.waiting = True, False
@@ -137,11 +132,11 @@ class ScenarioExecutor(Node):
             self._order(occurrence, self._begin)
 
     def _must_wait(self, occurrence: Occurrence) -> bool:
-        """Return whether a fault lives in a node that is being started."""
+        """Return whether a fault lives in a node that is starting."""
         return occurrence.is_internal and not self._world.is_settled(occurrence.fault.node)
 
     def _is_up(self, occurrence: Occurrence) -> bool:
-        """Return whether the nodes that a fault is injected into can take it; else it comes when they do."""
+        """Return whether the nodes of a fault's injection are up; otherwise it comes when they are."""
         return all(self._world.is_settled(step.node) for step in occurrence.plan.injection)
 
     def _order(self, occurrence: Occurrence, inject: Callable[[Occurrence], Future[Answer]]) -> None:
@@ -152,7 +147,7 @@ class ScenarioExecutor(Node):
         def answered(future: Future[Answer]) -> None:
             answer = future.result() or Answer()
             if occurrence.is_internal and answer.late:
-                occurrence.coming = False  # its process has ended, and there may be no other one yet
+                occurrence.coming = False  # its process has ended, and the next may not have started
                 self._come(occurrence)
             else:
                 self._arrive(occurrence, ordered_ns, answer.refusal if is_up else "")
@@ -160,7 +155,7 @@ class ScenarioExecutor(Node):
         inject(occurrence).add_done_callback(answered)
 
     def _begin(self, occurrence: Occurrence) -> Future[Answer]:
-        """Let the course of a fault begin; the future has the node's answer to its first step."""
+        """Begin the course of a fault; the future has the node's answer to its first step."""
         outcome: Future[Answer] = Future()
         occurrence.changes = course(occurrence.plan, self._seconds())
         time_s, value = next(occurrence.changes)
@@ -174,14 +169,13 @@ class ScenarioExecutor(Node):
         return outcome
 
     def _set(self, occurrence: Occurrence, value: Value | None) -> Future[Answer]:
-        """Set the strength of a fault; the future has the refusals."""
         occurrence.coming = not occurrence.there
         steps = occurrence.plan.injection if value is None else occurrence.injection(value)
         self._world.hold(steps, occurrence.fault)
         return self._apply(occurrence, steps, access=occurrence.is_internal and occurrence.there)
 
     def _apply(self, occurrence: Occurrence, steps: Iterable[Adaptation], *, access: bool) -> Future[Answer]:
-        """Do steps at the same time; the future has all refusals."""
+        """Do steps at the same time; the future has all their refusals."""
         outcome: Future[Answer] = Future()
         steps = list(steps)
         answers: dict[int, Answer] = {}
@@ -214,14 +208,14 @@ class ScenarioExecutor(Node):
         self._go_on(occurrence)
 
     def _follow(self, occurrence: Occurrence, cause: Occurrence) -> None:
-        """Let a fault come if the one that it follows is still there."""
+        """Let a fault come if its cause is still there."""
         if cause.over or self._world.is_worked_around(cause.fault):
             occurrence.over = True
         else:
             self._come(occurrence)
 
     def _go_on(self, occurrence: Occurrence) -> None:
-        """Wait for the next change of a fault's strength; if none brings it back, a fault that is away is over."""
+        """Schedule the next change of a fault's strength; without one, a fault that is away is over."""
         time_s, value = next(occurrence.changes, (math.inf, None))
         if value is None and not occurrence.there:
             occurrence.over = True
@@ -244,7 +238,7 @@ class ScenarioExecutor(Node):
         self._at(time_s, turn)
 
     def _heal(self, occurrence: Occurrence) -> None:
-        """Take a fault away, unless it is away for a while already."""
+        """Remove a fault, unless it is away already."""
         if not occurrence.there:
             return
         occurrence.there = False
@@ -254,18 +248,16 @@ class ScenarioExecutor(Node):
         removed.add_done_callback(partial(self._check, occurrence))
 
     def _check(self, occurrence: Occurrence, future: Future[Answer]) -> None:
-        """Publish it if a node that is up refused a change; such a run does not count."""
+        """Publish a change that a node refused although it is up; such a run does not count."""
         answer = future.result() or Answer()
         if answer.refusal and self._is_up(occurrence):
             self._publish(occurrence, self.get_clock().now().nanoseconds, confirmed=False)
 
     def _end(self, occurrence: Occurrence, cause: str) -> None:
-        """Let a fault be over, since it was cured, be it while it was away."""
+        """End a fault that was cured, even if it was away."""
         if occurrence.there or occurrence.is_away:
             self._publish_end(occurrence, cause)
         occurrence.there, occurrence.over = False, True
-
-    # What is seen
 
     def _on_transition(self, node: str, event: TransitionEvent) -> None:
         start, goal = event.start_state.label, event.goal_state.label
@@ -296,7 +288,7 @@ class ScenarioExecutor(Node):
                     self._on_change(node, message.name, value)
 
     def _on_change(self, node: str, parameter: str, value: Value) -> None:
-        """See what a parameter's new value puts back, cures, or leaves of a fault that was over already."""
+        """Restore steps, and end or remove faults, after a parameter got a new value."""
         done = f"set {node}.{parameter} to {ros_text(value)}"
         for step in self._world.after_change_to(node, parameter, value):
             self._restore(step)
@@ -311,7 +303,7 @@ class ScenarioExecutor(Node):
                 self._end(occurrence, done)
         its_own = [occurrence for occurrence in self._of(node) if parameter == occurrence.fault.parameter]
         if all(occurrence.has_left or occurrence.is_due for occurrence in its_own):
-            # what was ordered before the cure was seen came after it
+            # an order from before the cure was seen may take effect after it
             late = next((occurrence for occurrence in its_own if occurrence.grown == value), None)
             if late is not None:
                 self._apply(late, late.removal(), access=True)
@@ -326,7 +318,6 @@ class ScenarioExecutor(Node):
                 self._end(occurrence, f"redeploy {node}")
 
     def _of(self, node: str) -> list[Occurrence]:
-        """Return the internal faults of a node that may still be there, or come."""
         return [
             occurrence
             for occurrence in self._played
@@ -334,13 +325,11 @@ class ScenarioExecutor(Node):
         ]
 
     def _restore(self, step: Adaptation) -> None:
-        """Do a step of an injection again; if it fails, the node's next transition is the next attempt."""
+        """Repeat a step of an injection; if it fails, the node's next transition repeats it."""
         self._injector.apply(step)
 
-    # What is said
-
     def _seconds(self) -> float:
-        """Return how long ago the measured time began."""
+        """Return the measured time."""
         return (self.get_clock().now().nanoseconds - self._start_ns) / NS_PER_S
 
     def _publish(self, occurrence: Occurrence, ordered_ns: int, *, confirmed: bool) -> None:
@@ -360,7 +349,7 @@ class ScenarioExecutor(Node):
         )
 
     def _publish_end(self, occurrence: Occurrence, cause: str) -> None:
-        """Publish that a fault has ended, and its cause, which is empty if it healed by itself."""
+        """Publish that a fault has ended; the cause is empty if it healed."""
         fault = occurrence.fault
         now = self.get_clock().now().to_msg()
         self._ends.publish(

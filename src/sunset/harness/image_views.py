@@ -1,4 +1,4 @@
-"""A node for viewers: it shows depth images and labels as ROS's tools expect them."""
+"""A node for viewers, which converts depth images and labels to the encodings of ROS's tools."""
 
 from typing import Any
 

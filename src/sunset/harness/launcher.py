@@ -1,4 +1,4 @@
-"""The launcher: ends the processes of managed nodes and starts new ones when a managing system asks."""
+"""The launcher: ends the processes of managed nodes and starts others when a managing system asks for it."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -19,7 +19,7 @@ _GRACE_S = 1.0
 
 
 class ProcessHost(Protocol):
-    """What starts and ends the processes of nodes: simulated ones, or the operating system's."""
+    """Starts and ends the processes of nodes, which are simulated or of the operating system."""
 
     def start(self, node: str) -> None:
         """Start a new process for `node`, a short name such as `camera`; it must not be running."""
@@ -31,20 +31,19 @@ class ProcessHost(Protocol):
         """End the process of `node` at once."""
 
     def on_exit(self, handler: Callable[[str], None]) -> None:
-        """Call `handler(node)` whenever a process has ended, however it did."""
+        """Call `handler(node)` whenever a process has ended."""
 
 
 class Launcher(Node):
     """Serves `/launcher/redeploy`: lifecycle shutdown, end of the process, a new process.
 
-    A node whose process ends by itself stays dead until it is redeployed: that is a fault, and
-    repairing it is a managing system's business. The new node waits its own
-    `lifecycle_activation_delay` before it is active (paper, section 3.4), from the moment on at which it has started
-    and knows the time. Live, a redeploy so costs in addition what the old process needs to end and the new one to
-    start, a fraction of a second; in the simulation both take no time.
+    A node whose process has ended stays dead until a managing system redeploys it. The new node waits its
+    `lifecycle_activation_delay` before it is active (paper, section 3.4), from the moment at which it knows the time.
+    Live, the end of the old process and the start of the new process take a fraction of a second more; simulated, they
+    take no time.
 
-    A node that another program has started after its process here had ended is not redeployed, for there would be
-    two of the name then.
+    A node that another program has started after its process here had ended is not redeployed, since there would be
+    two nodes of this name.
     """
 
     def __init__(self, host: ProcessHost, nodes: Sequence[str], *, context: Context | None = None) -> None:
@@ -53,7 +52,7 @@ class Launcher(Node):
         self._nodes = tuple(nodes)
         self._redeploying: dict[str, Timer] = {}
         self._past: dict[str, frozenset[tuple[int, ...]]] = {}
-        """Node → what `_outputs` were when its last process ended; a killed one is remembered for some seconds."""
+        """Node → its `_outputs` when its last process ended; the graph keeps those of a killed process for seconds."""
         self._shutdown_clients: dict[str, AnyClient] = {
             node: self.create_client(ChangeState, f"{NAMESPACE}/{node}/change_state") for node in nodes
         }
@@ -88,7 +87,7 @@ class Launcher(Node):
         return response
 
     def _outputs(self, node: str) -> frozenset[tuple[int, ...]]:
-        """Return the identities of the publishers of a node's heartbeat, of whatever process."""
+        """Return the identities of the publishers of a node's heartbeat, in any process."""
         return frozenset(
             info.endpoint_gid
             for info in self.get_publishers_info_by_topic(DIAGNOSTICS_TOPIC)
@@ -96,7 +95,7 @@ class Launcher(Node):
         )
 
     def _shut_down(self, node: str) -> None:
-        # the end of the process cancels the timer, so it is still there when this happens
+        # the end of the process cancels the timer
         self._redeploying[node] = self.create_timer(_GRACE_S, lambda: self._host.kill(node))
         request = ChangeState.Request(transition=Transition(label="shutdown"))
         self._shutdown_clients[node].call_async(request)

@@ -1,4 +1,4 @@
-"""The bag player of a live system, which gives the system its time, and describes the camera."""
+"""The bag player of a live system, which also publishes the time and the camera's description."""
 
 from math import radians, tan
 from typing import Any, ClassVar, Final
@@ -18,22 +18,22 @@ from sunset.ros.time import ClockType
 from sunset.system import NAMESPACE
 
 _TICK_S: Final = 0.01
-"""Time between two messages on `/clock`, by that clock."""
+"""Time between two messages on `/clock`, as they show it."""
 _INFO_TOPICS: Final = ("/camera_info", f"{NAMESPACE}/camera_info")
-"""Where viewers look for the camera of `/rgb_raw`, and of the images of managed nodes: beside their topics."""
+"""Viewers expect them beside the topics of the images."""
 _MOUNT: Final = "camera_link"
 _OPTICAL: Final = Quaternion(x=-0.5, y=0.5, z=-0.5, w=0.5)
 """From axes that point forward, left and up to those of an image: right, down and forward (REP 103)."""
 
 
 class LiveBagPlayer(BagPlayer):
-    """Publishes `/clock` a hundred times a second from its start on, and stamps what it plays with that time.
+    """Publishes `/clock` a hundred times a second from its start on, and stamps frames with that time.
 
-    With each frame it publishes a `sensor_msgs/msg/CameraInfo` beside the images, and once, on `/tf_static`, how the
-    images' frame lies in the camera's.
+    With each frame it publishes a `sensor_msgs/msg/CameraInfo` beside the images, and once, on `/tf_static`, the
+    transform from the camera's frame to the images' frame.
 
-    Parameters, besides those of `BagPlayer`, whose times are of `/clock`:
-        width, height: the size that frames are played in; 0 for the bag's.
+    Parameters besides `BagPlayer`'s, whose times are of `/clock`:
+        width, height: the size of the frames; 0 for the bag's.
         speed: seconds of `/clock` in a second.
         origin_ns: the system's time, nanoseconds since 1970, at which `/clock` is 0; 0 for the player's start.
         field_of_view: the camera's horizontal angle of view in degrees.
@@ -46,12 +46,12 @@ class LiveBagPlayer(BagPlayer):
         self._speed = float(self._value("speed"))
         self._steady = Clock(clock_type=ClockType.STEADY_TIME, context=self.context)
         began_ns = self.get_clock().now().nanoseconds
-        # from here on by the clock that never jumps
+        # the steady clock never jumps
         self._offset_ns = began_ns - (self._value("origin_ns") or began_ns) - self._steady.now_ns()
         self._infos = [self.create_publisher(CameraInfo, topic, 10) for topic in _INFO_TOPICS]
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._transforms = self.create_publisher(TFMessage, "/tf_static", kept)
-        # not by /clock: if this node followed that, which it publishes, it would never begin
+        # not by /clock, which this node publishes: it would never begin
         self.create_timer(_TICK_S / self._speed, self._tick, clock=self._steady)
         mount = TransformStamped(
             header=Header(stamp=self._now(), frame_id=_MOUNT),

@@ -1,4 +1,4 @@
-"""The process of a managing system behind walls: its task, its description of itself, and what it runs."""
+"""The process of a confined managing system: its task, its description, and its program."""
 
 import inspect
 import json
@@ -7,9 +7,8 @@ import socket
 import sys
 import traceback
 from collections.abc import Iterable
-from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
@@ -31,40 +30,54 @@ from sunset.system.vocabulary import Value
 from sunset.texts import described_error, line_text, shorten
 
 ENTRY: Final = f"{__name__}:run_manager"
-"""What the process calls, as `Confinement` takes it."""
+"""The function that the process calls, as of `ForkServer`."""
 
 
-class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
-    """What the process is told.
+class ManagerSpec(msgspec.Struct, frozen=True, kw_only=True):
+    """A managing system, and how it runs.
 
     Attributes:
-        manager: the managing system's name, as of `load_manager`.
-        folder: where a path in it begins that is not absolute.
-        extensions: what the managed system is extended by.
-        environment: variables of the user's environment that it gets; messages do not contain their values.
+        manager: its name, as of `load_manager`.
+        limit_s: how long loading it, and each of its callbacks, may take, as of `Patience`.
+        variables: names of the user's environment variables that it gets.
         parameters: of its node, by name.
-        log: whether what it logs goes to stderr, too.
-        live: whether that is a live run, in which a message that repeats goes there each time.
-        describes_types: whether its node tells others what its types are made of.
-        scenario: that of the run, if it is the oracle; None for any other.
+        log: whether its log goes to stderr, too.
+        live: whether the run is live, so that repeated messages go there each time.
+        scenario: the run's scenario, which only the oracle gets.
     """
 
     manager: str
-    folder: str
-    extensions: tuple[str, ...] = ()
-    environment: dict[str, str] = {}
+    limit_s: float
+    variables: tuple[str, ...] = ()
     parameters: dict[str, Value] = {}
     log: bool = False
     live: bool = False
-    describes_types: bool = False
     scenario: KnownScenario | None = None
 
 
-class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
-    """What a managing system that could be loaded is.
+class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
+    """The task of a managing system's process.
 
     Attributes:
-        node_name: its node's.
+        spec: the managing system.
+        folder: the folder of relative paths in its name.
+        extensions: of the managed system.
+        environment: its environment variables; messages do not contain their values.
+        describes_types: whether its node describes its types to other nodes.
+    """
+
+    spec: ManagerSpec
+    folder: str
+    extensions: tuple[str, ...]
+    environment: dict[str, str]
+    describes_types: bool
+
+
+class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
+    """The description of a loaded managing system.
+
+    Attributes:
+        node_name: of its node.
         modules: the installed modules that it has imported, by the first parts of their names.
     """
 
@@ -73,15 +86,10 @@ class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
 
 
 class RefusedManager(msgspec.Struct, frozen=True, tag="refused"):
-    """Why a managing system cannot be loaded.
-
-    Attributes:
-        reason: in a sentence.
-        extension: whether an extension of the managed system cannot be loaded in its process.
-    """
+    """The reason why a managing system, or an extension of the managed system, cannot be loaded."""
 
     reason: str
-    extension: bool = False
+    extension: bool
 
 
 _SECRET: Final = 4
@@ -92,64 +100,68 @@ _decode = msgspec.msgpack.Decoder(LoadedManager | RefusedManager).decode
 
 
 def receive_loaded(pipe: Pipe, end_s: float) -> LoadedManager:
-    """Return what the process at the other end of a pipe says of its managing system.
+    """Return the description of the managing system at the other end of a pipe.
 
     Raises:
         ManagerError: it cannot be loaded.
         ExtensionError: an extension cannot be loaded in its process.
-        PipeError: the process says nothing, or what is not of the protocol.
+        PipeError: the process sends nothing, or an invalid message.
     """
     try:
-        told: LoadedManager | RefusedManager = _decode(pipe.receive(end_s))
+        message: LoadedManager | RefusedManager = _decode(pipe.receive(end_s))
     except msgspec.DecodeError as error:
         raise PipeError(f"sent what is not of the protocol: {error}") from error
-    if isinstance(told, RefusedManager) and told.extension:
+    if isinstance(message, RefusedManager) and message.extension:
         raise ExtensionError(
-            f"{shorten(told.reason)} That is so in the process of the managing system, which sees the Python files "
+            f"{shorten(message.reason)} That is so in the process of the managing system, which sees the Python files "
             "beside the extension, no other file and no variable of the environment: write into the file what it needs."
         )
-    if isinstance(told, RefusedManager):
-        raise ManagerError(shorten(told.reason))
-    return told
+    if isinstance(message, RefusedManager):
+        raise ManagerError(shorten(message.reason))
+    return message
 
 
 def run_manager(connection: socket.socket, task: object) -> None:
-    """Load a managing system, and run it for the process at the other end of a connection, until that is closed."""
-    told = msgspec.convert(task, ManagerTask)
-    pipe = Pipe(connection)
-    os.environ.update(told.environment)
-    known = frozenset(() if is_registered(told.manager) else sys.modules)
+    """Load a managing system, and run it for the process at the other end of a connection until that is closed."""
+    order = msgspec.convert(task, ManagerTask)
+    pipe, spec = Pipe(connection), order.spec
+    os.environ.update(order.environment)
     try:
-        for extension in told.extensions:
-            load_extension(extension)
-        made = load_manager(told.manager, Path(told.folder))
-        loaded = LoadedManager(made.node_name, _installed(sys.modules.keys() - known))
+        manager_class, loaded = _load(order)
     except (ManagerError, ExtensionError) as error:
-        pipe.send(
-            _encode(RefusedManager(_without_values(str(error), told), isinstance(error, ExtensionError)))
-        )
+        reason = _without_values(str(error), order)
+        pipe.send(_encode(RefusedManager(reason, isinstance(error, ExtensionError))))
         return
     pipe.send(_encode(loaded))
 
-    def make(process: RemoteProcess) -> None:
+    def construct(process: RemoteProcess) -> None:
         context = Context()
-        context.init([], middleware=process, log_to_stderr=told.log, log_once=not told.live)
-        overrides = [Parameter(name, value=value) for name, value in told.parameters.items()]
-        construct = partial(Oracle, scenario=told.scenario) if made is Oracle else made
-        manager = construct(context=context, parameter_overrides=overrides)
+        context.init([], middleware=process, log_to_stderr=spec.log, log_once=not spec.live)
+        overrides = [Parameter(name, value=value) for name, value in spec.parameters.items()]
+        options: dict[str, Any] = {"scenario": spec.scenario} if manager_class is Oracle else {}
+        manager = manager_class(context=context, parameter_overrides=overrides, **options)
         process.defer(manager.symptoms_subscription.handle)
         SingleThreadedExecutor(context=context).add_node(manager)
 
-    def say(error: BaseException) -> str:
-        return _without_values(_said_of(made, error), told)
+    def describe(error: BaseException) -> str:
+        return _without_values(_description(manager_class, error), order)
 
-    RemoteProcess(pipe, make, say, describes_types=told.describes_types).serve()
+    RemoteProcess(pipe, construct, describe, describes_types=order.describes_types).serve()
+
+
+def _load(order: ManagerTask) -> tuple[type[ManagingSystem], LoadedManager]:
+    name = order.spec.manager
+    known = frozenset(() if is_registered(name) else sys.modules)
+    for extension in order.extensions:
+        load_extension(extension)
+    manager_class = load_manager(name, Path(order.folder))
+    return manager_class, LoadedManager(manager_class.node_name, _installed(sys.modules.keys() - known))
 
 
 def _without_values(text: str, task: ManagerTask) -> str:
-    """Return a text with the name of each given variable in place of its value, which may be a key.
+    """Return a text with the name of each environment variable in place of its value, which may be a key.
 
-    A value is also found without the spaces around it, and as Python and JSON write it in quotes.
+    The value is also replaced without the spaces around it, and as Python and JSON write it in quotes.
     """
     for name, value in task.environment.items():
         bare = value.strip()
@@ -161,28 +173,21 @@ def _without_values(text: str, task: ManagerTask) -> str:
 
 def _installed(names: Iterable[str]) -> tuple[str, ...]:
     """Return the first parts of the names of loaded modules that were installed."""
-    files = {name: vars(sys.modules[name]).get("__file__") or "" for name in names}
-    return tuple(
-        sorted(
-            {
-                name.partition(".")[0]
-                for name, file in files.items()
-                if not LIBRARIES.isdisjoint(Path(file).parts)
-            }
-        )
-    )
+    files = {name: Path(vars(sys.modules[name]).get("__file__") or "") for name in names}
+    installed = {name for name, file in files.items() if not LIBRARIES.isdisjoint(file.parts)}
+    return tuple(sorted({name.partition(".")[0] for name in installed}))
 
 
-def _said_of(made: type[ManagingSystem], error: BaseException) -> str:
-    """Return what a managing system has raised and where, or what its program did, as the end of a sentence."""
+def _description(manager: type[ManagingSystem], error: BaseException) -> str:
+    """Return the error of a managing system with its place, or of its program, as the end of a sentence."""
     cause = error.origin if isinstance(error, CallbackError) else error
-    if issubclass(made, Program) and isinstance(cause, ManagerError):
+    if issubclass(manager, Program) and isinstance(cause, ManagerError):
         return str(cause).removeprefix("Its program ").removesuffix(".")
-    return f"raised {described_error(cause)}{_place(made, cause)}"
+    return f"raised {described_error(cause)}{_place(manager, cause)}"
 
 
 def _place(manager: type[ManagingSystem], error: BaseException) -> str:
-    """Return which line of the managing system's file was the last to run: ` (mine.py, line 7, in adapt)`."""
+    """Return the last line of the managing system's file that ran: ` (mine.py, line 7, in adapt)`."""
     try:
         source = inspect.getsourcefile(manager)
     except (OSError, TypeError):  # a class of a notebook

@@ -1,4 +1,4 @@
-"""The monitor: collects what can be seen of the managed system, for the managing system."""
+"""The monitor: collects the symptoms of the managed system for the managing system."""
 
 from dataclasses import dataclass, field
 from functools import partial
@@ -25,30 +25,24 @@ from sunset.system import (
 )
 
 _PERIOD_S: Final = 0.1
-_ROOM: Final = 200
-"""Values of nodes that are remembered: no system of ours has so many, and anything may publish on `/diagnostics`."""
-_LONGEST: Final = 200
-"""Characters of a name or text; longer ones are ignored."""
 
 
 @dataclass
 class _Node:
-    """What a node's heartbeats tell."""
-
     heartbeats: Rate = field(default_factory=Rate)
     state: str = ""
 
 
 class Monitor(Node):
-    """Publishes `/blackboard_group` ten times a second: everything that a managing system is shown.
+    """Publishes `/blackboard_group` ten times a second, with the symptoms for the managing system.
 
-    The entries are, each under the name that the published exemplar gives it,
+    The entries have the names that the published exemplar gives them:
 
     - `<topic>_freq`: messages of the last second on a topic of the pipeline, `_` in place of `/`, from the first
-      message on: a topic that never had one has not stopped;
+      message on;
     - `<topic>_age`: seconds since the last message on it, to the millisecond, from the first message on;
-    - `<node>_<key>`: what a node reports, such as `segmentation_entropy` and `camera_sharpness`; of numbers
-      the mean of the last five, from the fifth on; after a gap of a second five new ones are needed;
+    - `<node>_<key>`: a signal of a node, such as `segmentation_entropy` and `camera_sharpness`; for numbers, the mean
+      of the last five, from the fifth on; after a gap of a second, from the fifth new number on;
     - `<node>_lc_state`: its lifecycle state, `unknown` after a second without a heartbeat;
     - `<node>_heartbeat_freq`: heartbeats of the last second.
     """
@@ -75,16 +69,13 @@ class Monitor(Node):
         now = self.get_clock().now().nanoseconds
         for status in message.status:
             name = status.hardware_id
-            if name not in self._managed or len(status.message) > _LONGEST:
-                continue  # of a node that is not managed, on the topic that all share
+            if name not in self._managed:
+                continue  # anything may publish on this topic
             node = self._nodes.setdefault(name, _Node())
             node.heartbeats.note(now)
             node.state = status.message
             for item in status.values:
-                key = f"{name}_{item.key}"
-                has_room = key in self._values or len(self._values) < _ROOM
-                if has_room and len(key) <= _LONGEST >= len(item.value):
-                    self._take_value(key, item.value, now)
+                self._take_value(f"{name}_{item.key}", item.value, now)
 
     def _take_value(self, key: str, text: str, now_ns: int) -> None:
         if text in {"true", "false"}:
@@ -118,7 +109,7 @@ class Monitor(Node):
         self._blackboard.publish(SetBlackboardGroup(bb_params=group))
 
     def _entry(self, name: str, value: object) -> tuple[object, ParameterMessage]:
-        """Return an entry and its message, which most often is that of last time."""
+        """Return an entry and its message, the last message if the value is the same."""
         known = self._shown.get(name)
         if known is not None and known[0] == value and type(known[0]) is type(value):
             return known

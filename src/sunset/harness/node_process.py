@@ -1,26 +1,21 @@
 """One node as a process of its own, on a live middleware.
 
 As a program, `python -m sunset.harness.node_process SPEC` runs the node of a `NodeSpec` in JSON; without an argument it
-forks processes that do so, for `sunset.forks`.
+forks processes that do so, for `sunset.processes.forking`.
 """
 
-import gc
-import json
 import os
-import signal
 import socket
 import sys
-import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from functools import partial
-from typing import Final
+from dataclasses import dataclass, field
+from typing import Any, Final
 
 import msgspec
 
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
-from sunset.forks import await_order, signal_after_parent
 from sunset.harness.deployment import deployed_parameters
+from sunset.processes.server import ForkServer, shared_server
 from sunset.rmw.backends import LIVE, live_middleware
 from sunset.rmw.core.port import CallbackError
 from sunset.ros import Context, Node, SingleThreadedExecutor
@@ -29,7 +24,6 @@ from sunset.shortage import complaint
 from sunset.system import (
     HARNESS,
     MANAGING_SYSTEM,
-    Value,
     current_system,
     load_extension,
     loaded_extensions,
@@ -37,88 +31,71 @@ from sunset.system import (
 )
 
 MANAGER_FAILED: Final = 3
-"""The exit code of a process whose managing system behind walls has failed; its last line says how."""
+"""The exit code of a process whose confined managing system has failed; its last line says how."""
 
 _BAD_INPUT: Final = 2
-_PARTING_S: Final = 2.0
-"""How long a node whose parent ended may take to leave the graph."""
 
 
 def node_names() -> list[str]:
-    """Return the nodes that can have a process."""
+    """Return the names of all nodes that can run."""
     return [*_classes(), MANAGING_SYSTEM]
 
 
 def _classes() -> list[str]:
-    """Return the nodes whose class the system names."""
     return [*current_system().nodes, *(node.name for node in HARNESS.values() if node.node_class)]
-
-
-def _loaded() -> tuple[str, ...]:
-    return tuple(extension.where for extension in loaded_extensions())
 
 
 @dataclass(frozen=True, kw_only=True)
 class NodeSpec:
-    """Which node a process runs, and where.
+    """The node that a process runs.
 
     Raises:
-        InvalidInputError: there is no such node, or a managing system is named where there is none to be.
+        InvalidInputError: the node does not exist, or a managing system is named for another node.
     """
 
     node: str
     """One of `node_names`."""
     manager: str | None = None
-    """Which managing system `MANAGING_SYSTEM` is; None for any other node."""
-    manager_limit_s: float | None = None
-    """Wall time that each callback of a managing system behind walls may take; None for one without walls."""
-    manager_env: Sequence[str] = ()
-    """Names of this process's environment variables that a managing system behind walls gets."""
-    parameters: Mapping[str, Value] = field(default_factory=dict)
-    """Parameters of the node of a managing system behind walls, by name."""
+    """The managing system that `MANAGING_SYSTEM` is, without walls; None for any other node."""
+    confined: Mapping[str, Any] | None = None
+    """The confined managing system that `MANAGING_SYSTEM` is, as a `ManagerSpec` in JSON; None for any other node."""
     occasion: str = ""
-    """What a managing system behind walls may fail in, in words."""
-    scenario: Mapping[str, object] | None = None
-    """The scenario that the oracle gets, as JSON; None for any other managing system."""
+    """The run of a confined managing system, in words."""
     middleware: str = LIVE
     network: bool = False
-    """Whether to be heard beyond this computer."""
+    """Whether the node is heard beyond this computer."""
     distro: str | None = None
-    """The ROS 2 distribution of the other nodes; None to find out."""
-    ends_with_stdin: bool = False
-    """Whether the process ends when its input does: with its parent, if that holds the other end of a pipe."""
+    """The ROS 2 distribution of the other nodes; None to detect it."""
     ros_arguments: Sequence[str] = ()
-    """What follows `--ros-args`."""
-    extensions: Sequence[str] = field(default_factory=_loaded)
-    """What the managed system is extended by: what is loaded when this is made."""
+    """The arguments after `--ros-args`."""
+    extensions: Sequence[str] = field(
+        default_factory=lambda: tuple(extension.where for extension in loaded_extensions())
+    )
+    """The extensions of the managed system; by default those that are loaded now."""
     faults: Sequence[str] = ()
-    """Those that a managed node may be given, where the catalogue does not list them all."""
+    """Faults of the scenario, which may be missing in the catalogue."""
 
     def __post_init__(self) -> None:
         names = node_names()
         if self.node not in names:
             raise InvalidInputError(f"There is no node {self.node!r}; choose one of {', '.join(names)}.")
-        if (self.node == MANAGING_SYSTEM) != (self.manager is not None):
+        if (self.node == MANAGING_SYSTEM) == (self.manager is None and self.confined is None):
             raise InvalidInputError(
                 f"--manager says which managing system {MANAGING_SYSTEM} is, and no other node has one."
             )
-
-    def to_json(self) -> str:
-        """Return it as the argument of this program."""
-        return json.dumps(asdict(self))
 
 
 def run_node(spec: NodeSpec) -> str:
     """Run a node until its context is shut down: through its lifecycle, or by a signal.
 
     Returns:
-        How a managing system behind walls has failed, in a sentence; empty if it has not.
+        How a confined managing system has failed, in a sentence; empty if it has not.
 
     Raises:
-        CallbackError: a callback of the managing system raised; that of another node is logged.
+        CallbackError: a callback of the managing system raised. Errors of other nodes are logged.
         SunsetError: the network cannot be joined, or the node cannot be made.
     """
-    run = _runner(spec)
+    node_class = _node_class(spec) if spec.confined is None else None
     context = Context()
     middleware = live_middleware(spec.middleware).join(network=spec.network, distro=spec.distro)
     with middleware:
@@ -127,31 +104,10 @@ def run_node(spec: NodeSpec) -> str:
         words = ["--ros-args", *shared, *spec.ros_arguments]
         context.init(words, middleware=middleware, log_to_stderr=True)
         install_signal_handlers(context=context)
-        if spec.ends_with_stdin:
-            _end_with_stdin()
-        return run(context)
-
-
-def _runner(spec: NodeSpec) -> Callable[[Context], str]:
-    """Return what runs a node in a context; it returns how a managing system behind walls has failed."""
-    if spec.manager is not None and spec.manager_limit_s is not None:
-        from sunset.harness.live_manager import run_confined  # noqa: PLC0415  no other node needs it
-        from sunset.managing import KnownScenario  # noqa: PLC0415  likewise
-
-        return partial(
-            run_confined,
-            spec.manager,
-            limit_s=spec.manager_limit_s,
-            variables=spec.manager_env,
-            parameters=spec.parameters,
-            occasion=spec.occasion,
-            scenario=None if spec.scenario is None else msgspec.convert(spec.scenario, KnownScenario),
-        )
-    factory = _factory(spec)
-
-    def run(context: Context) -> str:
+        if node_class is None:
+            return _run_confined(spec, context)
         try:
-            node = factory(context)
+            node = node_class(context=context)
         except SunsetError:
             if context.ok():
                 raise
@@ -161,22 +117,25 @@ def _runner(spec: NodeSpec) -> Callable[[Context], str]:
         _spin(executor, node, lasting=spec.node != MANAGING_SYSTEM)
         return ""
 
-    return run
+
+def _node_class(spec: NodeSpec) -> Callable[..., Node]:
+    if spec.manager is None:
+        node_class: Callable[..., Node] = current_system().node_class(spec.node)
+        return node_class
+    from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
+
+    return load_manager(spec.manager)
 
 
-def _factory(spec: NodeSpec) -> Callable[[Context], Node]:
-    """Return what makes a node."""
-    if spec.manager is not None:
-        from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
+def _run_confined(spec: NodeSpec, context: Context) -> str:
+    from sunset.harness.confined_manager import run_confined  # noqa: PLC0415  no other node needs it
+    from sunset.harness.manager_process import ManagerSpec  # noqa: PLC0415  likewise
 
-        made = load_manager(spec.manager)
-        return lambda context: made(context=context)
-    node_class: Callable[..., Node] = current_system().node_class(spec.node)
-    return lambda context: node_class(context=context)
+    return run_confined(msgspec.convert(spec.confined, ManagerSpec), context, occasion=spec.occasion)
 
 
 def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> None:
-    """Run callbacks until the context is shut down; where `lasting`, one that raises is logged."""
+    """Run callbacks until the context is shut down; if `lasting`, log their errors."""
     while executor.context.ok():
         try:
             executor.spin()
@@ -188,29 +147,33 @@ def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> Non
             node.get_logger().error(str(error), throttle_duration_sec=10.0)
 
 
-def _end_with_stdin() -> None:
-    """End this process, as by SIGTERM, when no process holds the other end of stdin any more.
-
-    Where the system can, a process that is stopped then goes on, to see it.
-    """
-    signal_after_parent(signal.SIGCONT)
-    threading.Thread(target=_watch_stdin, daemon=True).start()
+def node_server() -> ForkServer:
+    """Return the server that live nodes are forked from, and start it unless it runs."""
+    return shared_server(f"{__name__}:run_forked", f"{__name__}:prepare", clean=False)
 
 
-def _watch_stdin() -> None:
-    while os.read(sys.stdin.fileno(), 4096):
-        pass
-    os.kill(os.getpid(), signal.SIGTERM)
-    threading.Event().wait(_PARTING_S)
-    os._exit(1)
+def prepare() -> None:
+    """Import the modules of all nodes, so that they are loaded in processes that are forked from this one."""
+    import setproctitle  # noqa: F401, PLC0415  an optional extra
+
+    import sunset.harness.confined_manager  # noqa: F401, PLC0415  for a managing system
+
+    for name in _classes():
+        current_system().node_class(name)
+    live_middleware().prepare()
 
 
-def _main(text: str) -> int:
-    """Run the node of a specification in JSON; return the exit code."""
+def run_forked(_: socket.socket, task: Mapping[str, Any]) -> None:
+    """Run the node of a task in this process, which a server has forked, and exit."""
+    os.environ.update(task["environment"])
+    sys.exit(_run_specified(task["spec"]))
+
+
+def _run_specified(fields: Mapping[str, Any]) -> int:
+    """Run the node with the fields of a `NodeSpec`; return the exit code."""
     from setproctitle import setproctitle  # noqa: PLC0415  an optional extra
 
     try:
-        fields = json.loads(text)
         for extension in fields["extensions"]:
             load_extension(extension)
         spec = NodeSpec(**fields)
@@ -224,36 +187,7 @@ def _main(text: str) -> int:
         print(f"sunset: {sentence}", file=sys.stderr)  # noqa: T201  the last line of a node that could not run
         return _BAD_INPUT
     if failure:
-        # what the managing system has printed last may be a line without an end
+        # the last line that the managing system has printed may lack an end
         print(f"\n{failure}", file=sys.stderr)  # noqa: T201  the last line, which the run reads
         return MANAGER_FAILED
     return 0
-
-
-def _serve() -> None:
-    """Import what nodes need, and run a node in every process that is forked from this one."""
-    import setproctitle  # noqa: F401, PLC0415  what is forked gets its name from it
-
-    import sunset.harness.live_manager  # noqa: F401, PLC0415  what a managing system needs
-
-    for name in _classes():
-        current_system().node_class(name)
-    live_middleware().prepare()
-    gc.freeze()  # the garbage collector would write to the pages that all forked processes share
-    with socket.socket(fileno=os.dup(0)) as orders:
-        words = await_order(orders)
-    if words is None:
-        return
-    (text,) = words
-    code = _main(text)
-    if json.loads(text)["node"] == MANAGING_SYSTEM:
-        sys.exit(code)  # user code may have exit handlers
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)  # the node has left the network; the interpreter would take a tenth of a second to tidy up
-
-
-if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        sys.exit(_main(sys.argv[1]))
-    _serve()

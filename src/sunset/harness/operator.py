@@ -1,15 +1,16 @@
-"""The node that starts the flight of a live system, and watches the state of its nodes."""
+"""The node that starts the flight of a live system, and watches its nodes."""
 
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Final, Protocol, cast
+from typing import Final, cast
 
 from sunset.harness.conductor import Conductor
+from sunset.harness.node_processes import NodeProcesses
 from sunset.interfaces import Message
 from sunset.interfaces.system_interfaces.msg import FrameEvaluation, SetBlackboardGroup
 from sunset.managing.symptoms import read_parameters
+from sunset.nodes.base import call_later
 from sunset.ros.clock import Clock
 from sunset.ros.context import Context
 from sunset.ros.time import ClockType
@@ -20,30 +21,14 @@ from sunset.system import (
     RESULT_TOPIC,
     SENSOR_TOPICS,
     Rate,
-    Value,
     current_system,
     frequency_entry,
     state_entry,
 )
 
+_LONGEST: Final = 20
 _FORGOTTEN_NS: Final = 2 * 10**9
 """After this time the blackboard no longer shows a dead process."""
-_LONGEST: Final = 20
-"""A state has fewer characters than this."""
-
-
-class Processes(Protocol):
-    """The processes of the system's nodes."""
-
-    @property
-    def nodes(self) -> Sequence[str]:
-        """The nodes that have a process or had one."""
-
-    def pid(self, node: str) -> int | None:
-        """Return the process of a node; None if there is none."""
-
-    def end_of(self, node: str) -> str:
-        """Return in words how the last process of a node ended."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +37,8 @@ class NodeStatus:
 
     Attributes:
         name: its short name.
-        state: its lifecycle state; `running` if it has none, how it ended if it has no process.
-        pid: its process; None if it has none.
+        state: its lifecycle state; `running` for nodes without a lifecycle; without a process, how it ended.
+        pid: its process; None without a process.
         hertz: messages in the last second that it published; None where they are not counted.
     """
 
@@ -68,8 +53,8 @@ class Operator(Conductor):
 
     Args:
         inject: whether there is a scenario.
-        warm_up_s: time between both.
-        invites: whether the user is told when to start a managing system.
+        warm_up_s: time from the start of the flight to the injection.
+        invites: whether `news` says when to start a managing system.
         context: the context of the process; the default one if None.
     """
 
@@ -80,15 +65,15 @@ class Operator(Conductor):
         self.up = False
         """Whether all managed nodes were in their initial states once."""
         self.news: deque[str] = deque()
-        """What happened, in sentences, until the caller takes them out."""
+        """Sentences for the user, until the caller takes them out."""
         self._invites = invites
         system = current_system()
         self._initial_states = system.initial_states
-        self._states = {state_entry(node) for node in system.nodes}
         self._outputs = {
             node.name: frequency_entry(node.outputs[0]) for node in system.nodes.values() if node.outputs
         }
         self._outputs[BAG_PLAYER] = frequency_entry(SENSOR_TOPICS[0])
+        self._states = {*map(state_entry, system.nodes)}
         self._ended_ns: dict[str, int] = {}
         self._elsewhere: set[str] = set()
         self._injects = inject
@@ -99,11 +84,11 @@ class Operator(Conductor):
         self.create_subscription(SetBlackboardGroup, BLACKBOARD_TOPIC, self._on_blackboard, 10)
         self.create_subscription(FrameEvaluation, EVALUATION_TOPIC, partial(self._note, "evaluator"), 10)
 
-    def status(self, processes: Processes) -> list[NodeStatus]:
-        """Return how the nodes are that have a process or had one."""
+    def status(self, processes: NodeProcesses) -> list[NodeStatus]:
+        """Return the states of all nodes."""
         return [self._status_of(node, processes) for node in processes.nodes]
 
-    def _status_of(self, node: str, processes: Processes) -> NodeStatus:
+    def _status_of(self, node: str, processes: NodeProcesses) -> NodeStatus:
         pid = processes.pid(node)
         state = "running"
         if pid is not None:
@@ -119,7 +104,7 @@ class Operator(Conductor):
         return NodeStatus(node, state, pid, cast("float | None", hertz))
 
     def _runs_elsewhere(self, node: str) -> bool:
-        """Return whether heartbeats came of a node long after its last process here had ended."""
+        """Return whether a node's heartbeats came long after its last process here had ended."""
         now_ns = self._wall.now_ns()
         is_heard = self._blackboard.get(state_entry(node), "unknown") != "unknown"
         if is_heard and now_ns - self._ended_ns.setdefault(node, now_ns) > _FORGOTTEN_NS:
@@ -133,9 +118,10 @@ class Operator(Conductor):
     def _on_blackboard(self, message: SetBlackboardGroup) -> None:
         self._note("monitor", message)
         for name, value in read_parameters(message.bb_params).items():
+            # states are printed on a terminal, and anything may publish on this topic
+            is_word = isinstance(value, str) and value.isalpha() and len(value) < _LONGEST
             is_frequency = name in self._outputs.values() and isinstance(value, float)
-            is_state = name in self._states and _is_state(value)
-            if is_frequency or is_state:
+            if is_frequency or (name in self._states and is_word):
                 self._blackboard[name] = value
         is_up = all(
             self._blackboard.get(state_entry(node))
@@ -153,14 +139,9 @@ class Operator(Conductor):
     def _on_flying(self, begun: bool, message: str) -> None:
         self.news.append(f"{'The flight has begun' if begun else 'Starting the flight failed'}: {message}")
         if self._injects:
-            self.call_later(self._warm_up_s, lambda: self.inject(self._on_injected))
+            call_later(self, self._warm_up_s, lambda: self.inject(self._on_injected))
 
     def _on_injected(self, injected: bool, message: str) -> None:
         self.news.append(
             f"{'The faults are injected' if injected else 'Injecting the faults failed'}: {message}"
         )
-
-
-def _is_state(value: Value) -> bool:
-    """Return whether a value may be shown as a lifecycle state: it is printed on a terminal."""
-    return isinstance(value, str) and value.isalpha() and len(value) < _LONGEST

@@ -8,6 +8,7 @@ from sunset.errors import ScenarioError
 from sunset.harness.conductor import Conductor
 from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset.interfaces.system_interfaces.msg import ExperimentLogging
+from sunset.nodes.base import call_later
 from sunset.ros.context import Context
 from sunset.system import (
     DIAGNOSTICS_TOPIC,
@@ -34,16 +35,16 @@ class Phase(Enum):
 
 
 class Supervisor(Conductor):
-    """Waits until the managed system is up, starts the flight, injects the faults, and calls time.
+    """Waits until the managed system is up, starts the flight, injects the faults, and ends the experiment.
 
-    It logs `start` (the moment that all times are counted from) and `end` on `/experiment/log`.
+    It logs `start` (time 0 of the measured time) and `end` on `/experiment/log`.
 
     Args:
         scenario: the scenario's name.
         warm_up_s: healthy operation before the injection.
-        duration_s: how long is measured, from the injection on.
-        ready: whether all else is there that the flight should wait for.
-        context: the context of the process; the default one if None.
+        duration_s: the measured time, from the injection on.
+        ready: whether the flight needs to wait no longer.
+        context: the context of the process; None for the default context.
     """
 
     def __init__(
@@ -74,24 +75,21 @@ class Supervisor(Conductor):
 
     @property
     def missing(self) -> dict[str, str]:
-        """The managed nodes that are not yet as described, and how they are."""
+        """The managed nodes that differ from their description, and their states."""
         states = {node: (self._state_of(node), initial) for node, initial in self._initial_states.items()}
         missing = {node: state for node, (state, initial) in states.items() if state != initial}
         return missing or self._miswired()
 
     def _miswired(self) -> dict[str, str]:
-        """Return the active nodes whose inputs and outputs are not those that the system's description gives."""
-        found = {
-            node: self._difference(node) for node, state in self._initial_states.items() if state == "active"
-        }
-        return {node: f"active, but {difference}" for node, difference in found.items() if difference}
+        """Return the active nodes whose inputs or outputs differ from the system's description, and the difference."""
+        active = [node for node, state in self._initial_states.items() if state == "active"]
+        differences = {node: self._difference(node) for node in active}
+        return {node: f"active, but {difference}" for node, difference in differences.items() if difference}
 
     def _difference(self, node: str) -> str:
         system = current_system()
-        described, watched = (
-            system.nodes[node],
-            {full_name(topic.name): topic for topic in system.topics.values()},
-        )
+        described = system.nodes[node]
+        watched = {full_name(topic.name): topic for topic in system.topics.values()}
         published = dict(self.get_publisher_names_and_types_by_node(node, NAMESPACE))
         for topic in map(full_name, described.outputs):
             if topic not in published:
@@ -126,14 +124,14 @@ class Supervisor(Conductor):
     def _on_flying(self, begun: bool, message: str) -> None:
         if not begun:
             raise ScenarioError(f"The bag player did not start: {message}.")
-        self.call_later(self._warm_up_s, self._inject)
+        call_later(self, self._warm_up_s, self._inject)
 
     def _inject(self) -> None:
         self.phase = Phase.MEASURED
         self.start_ns = self.get_clock().now().nanoseconds
         self._publish("start")
         self.inject(self._on_injected)
-        self.call_later(self._duration_s, self._end)
+        call_later(self, self._duration_s, self._end)
 
     def _on_injected(self, injected: bool, message: str) -> None:
         if not injected:

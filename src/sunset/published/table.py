@@ -16,11 +16,11 @@ from sunset.evaluation.latex import as_latex
 from sunset.evaluation.summary import named_groups
 from sunset.evaluation.text import as_text
 from sunset.evaluation.webpage import as_html
+from sunset.processes.workers import Progress
 from sunset.published.log_files import find_logs, read_log
 from sunset.published.run_logs import log_of_run
 from sunset.published.script import OWN_FIGURES, LogFigures, log_figures
 from sunset.texts import printable, tallied
-from sunset.workers import Progress
 
 _RENDERERS: Final = MappingProxyType({"table": as_text, "latex": as_latex, "html": as_html})
 PAPER_FORMATS: Final = (*_RENDERERS, "json")

@@ -10,7 +10,6 @@ from typing import Final
 
 from sunset.errors import ExtensionError
 from sunset.input_files import file_digest
-from sunset.interruption import noted_interrupts
 from sunset.source_files import compiled_checksum, import_file, import_place
 from sunset.system.extension import Extension
 from sunset.texts import described_error, suggestion
@@ -82,12 +81,12 @@ def _from_entry_point(name: str) -> tuple[ModuleType, object]:
 @contextmanager
 def _translated(where: object) -> Iterator[None]:
     """Turn an exception of an extension's import into an `ExtensionError`, and print its output to stderr."""
-    with redirect_stdout(sys.stderr), noted_interrupts() as interrupts:
+    with redirect_stdout(sys.stderr):
         try:
             yield
+        except KeyboardInterrupt:
+            raise
         except BaseException as error:
-            if interrupts:
-                raise
             raise ExtensionError(
                 f"The extension {where} cannot be imported: it raised {described_error(error)}{import_place(error)}."
             ) from error

@@ -27,13 +27,13 @@ from sunset.errors import DataError, InvalidInputError, ModelError, OutputError
 from sunset.metrics import normalised_entropy
 from sunset.perception import Modality, Model, NetworkCard, Segmenter, find_device, is_installed, load_model
 from sunset.perception.card import check_name
+from sunset.processes.workers import Stages
 from sunset.system import loaded_extensions
 from sunset.training.batches import FrameSet, Images
 from sunset.training.curves import Case, Curves, curves_of, look
 from sunset.training.inputs import upsampling
 from sunset.training.onnx_reader import read_network
 from sunset.training.over_frames import Arrays, LookOptions, over_frames
-from sunset.workers import Stages
 
 TEMPERATURE: Final = "temperature"
 """The constant in a network's graph by which the logits are divided for the entropy."""

@@ -27,9 +27,9 @@ from sunset.data import (
     render_views,
 )
 from sunset.errors import OutputError
+from sunset.processes.workers import Stages, worker_pool
 from sunset.training.batches import FrameSet
 from sunset.training.inputs import HEIGHT, WIDTH
-from sunset.workers import Stages, worker_pool
 
 TRAINING_TOWNS: Final = (2, 3, 4, 5, 6)
 VALIDATION_TOWN: Final = 7

@@ -23,6 +23,7 @@ from sunset.errors import InvalidInputError, ModelError, OutputError
 from sunset.input_files import file_digest
 from sunset.perception import Modality, Model, load_model
 from sunset.perception.card import check_name
+from sunset.processes.workers import Stages
 from sunset.training.architecture import Layer
 from sunset.training.archives import check_archive
 from sunset.training.config import MODALITIES, TrainingConfig
@@ -30,7 +31,6 @@ from sunset.training.inputs import HEIGHT, WIDTH
 from sunset.training.network import build, folded_weights
 from sunset.training.onnx_graph import Format, Network, export
 from sunset.training.reference import ReferenceShape
-from sunset.workers import Stages
 
 _PARALLEL: Final = "module."
 _SHOWN: Final = 3

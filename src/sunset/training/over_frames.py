@@ -17,8 +17,8 @@ from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import read_bag
 from sunset.output_files import draft_of
 from sunset.perception import Model, Segmenter, load_model
+from sunset.processes.workers import Progress, spread
 from sunset.training.batches import FrameSet, Images
-from sunset.workers import Progress, spread
 
 Arrays: TypeAlias = tuple[npt.NDArray[Any], ...]
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from sunset import workers
 from sunset.errors import DataError, InvalidInputError, SunsetError
-from sunset.workers import processors, spread, worker_pool
+from sunset.processes import workers
+from sunset.processes.workers import processors, spread, worker_pool
 
 pytestmark = pytest.mark.thorough
 
@@ -71,24 +71,20 @@ def test_there_is_a_processor() -> None:
 
 
 @pytest.mark.parametrize(
-    ("files", "count"),
+    ("text", "count"),
     [
-        (["100000 100000\n"], 1),
-        (["50000 100000\n"], 1),
-        (["max 100000\n"], processors()),
-        (["99999999 100000\n"], processors()),
-        (["100000\n", "100000\n"], 1),
-        (["-1\n", "100000\n"], processors()),
-        (["\n"], processors()),
-        ([], processors()),
+        ("100000 100000\n", 1),
+        ("50000 100000\n", 1),
+        ("max 100000\n", processors()),
+        ("99999999 100000\n", processors()),
+        ("\n", processors()),
+        (None, processors()),
     ],
 )
 def test_a_containers_quota_bounds_how_many_workers_there_are(
-    files: list[str], count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    text: str | None, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for number, text in enumerate(files):
-        (tmp_path / str(number)).write_text(text)
-    monkeypatch.setattr(
-        workers, "_QUOTAS", ([tmp_path / str(number) for number in range(max(1, len(files)))],)
-    )
+    if text is not None:
+        (tmp_path / "cpu.max").write_text(text)
+    monkeypatch.setattr(workers, "_QUOTA", tmp_path / "cpu.max")
     assert processors() == count

@@ -1,4 +1,4 @@
-"""Nodes as processes: forked where that can be done, started anew where not."""
+"""Nodes as processes that a server forks."""
 
 import os
 import signal
@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from tests.live.systems import exists
 
-from sunset.experiments.processes import NodeProcesses
-from sunset.harness.node_process import NodeSpec
+from sunset.harness.node_process import NodeSpec, node_server
+from sunset.harness.node_processes import NodeProcesses
 from sunset.rmw.dds.domains import free_domain_id
 from sunset.system import MANAGING_SYSTEM
 
@@ -50,10 +50,8 @@ class Nodes(NodeProcesses):
         return predicate()
 
 
-@pytest.fixture(params=["forked", "started"])
-def nodes(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Nodes]:
-    if request.param == "started":
-        monkeypatch.setattr("sunset.forks.can_fork", lambda: False)
+@pytest.fixture
+def nodes(tmp_path: Path) -> Iterator[Nodes]:
     with free_domain_id() as domain_id, closing(Nodes(domain_id, tmp_path / "mine.py")) as made:
         yield made
 
@@ -143,17 +141,22 @@ def test_a_process_that_has_left_costs_time_once(nodes: Nodes) -> None:
         os.kill(int(nodes.lines[0]), signal.SIGKILL)
 
 
-def test_a_node_whose_end_nobody_saw_has_not_failed(nodes: Nodes, tmp_path: Path) -> None:
+def test_nodes_are_started_and_seen_to_end_after_their_server_was_killed(
+    nodes: Nodes, tmp_path: Path
+) -> None:
     done = tmp_path / "done"
     nodes.program.write_text(
-        f"import os, threading\nwhile not os.path.exists({str(done)!r}): threading.Event().wait(0.01)\nos._exit(0)"
+        f"import os, threading\nwhile not os.path.exists({str(done)!r}): threading.Event().wait(0.01)\nos._exit(5)"
     )
     nodes.start("manager")
-    if nodes._server is not None:
-        nodes._server.close()
+    assert nodes.pid("manager")
+    os.kill(node_server().pid, signal.SIGKILL)
     done.touch()
     assert nodes.polled_until(lambda: nodes.ended == ["manager"])
-    assert not nodes.has_failed("manager")
+    assert nodes.end_of("manager") == "ended with exit code 5"
+    nodes.start("manager")
+    assert nodes.polled_until(lambda: nodes.ended == ["manager", "manager"])
+    assert nodes.end_of("manager") == "ended with exit code 5"
 
 
 @pytest.mark.thorough

@@ -10,8 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from sunset.confinement import ConfinedProcess, Confinement, View
+from sunset.confinement import View
 from sunset.errors import SunsetError
+from sunset.processes.process import Process
+from sunset.processes.server import ForkServer
 from sunset.source_files import modules_beside
 
 pytestmark = [
@@ -20,15 +22,16 @@ pytestmark = [
 ]
 
 _PATIENCE_S = 60.0
+PREPARE = "sunset.confinement:prepare"
 
 
 @pytest.fixture(scope="module")
-def confinement() -> Iterator[Confinement]:
-    with Confinement("programs:run", Path(__file__).parent) as server:
+def confinement() -> Iterator[ForkServer]:
+    with ForkServer("programs:run", PREPARE, folder=Path(__file__).parent) as server:
         yield server
 
 
-def answer(process: ConfinedProcess) -> str:
+def answer(process: Process) -> str:
     assert process.wait(_PATIENCE_S)
     return process.socket.recv(1 << 16).decode().rstrip()
 
@@ -43,7 +46,7 @@ def answer(process: ConfinedProcess) -> str:
         ({"name": "fill_memory"}, "ran out of memory: it may take 4 GiB"),
     ],
 )
-def test_it_is_told_how_it_ended(confinement: Confinement, task: dict[str, object], reason: str) -> None:
+def test_it_is_told_how_it_ended(confinement: ForkServer, task: dict[str, object], reason: str) -> None:
     said: list[str] = []
     with confinement.start(task, View(), on_text=said.append) as process:
         assert process.wait(_PATIENCE_S), "the end of the stream can be received"
@@ -53,7 +56,7 @@ def test_it_is_told_how_it_ended(confinement: Confinement, task: dict[str, objec
 
 
 @pytest.mark.parametrize("name", ["hang", "refuse", "chatter"])
-def test_one_that_hangs_says_where_if_it_can(confinement: Confinement, name: str) -> None:
+def test_one_that_hangs_says_where_if_it_can(confinement: ForkServer, name: str) -> None:
     said: list[str] = []
     with confinement.start({"name": name}, View(), on_text=said.append) as process:
         limit_s = time.monotonic() + _PATIENCE_S
@@ -68,7 +71,7 @@ def test_one_that_hangs_says_where_if_it_can(confinement: Confinement, name: str
             os.kill(process.pid, 0)
 
 
-def test_what_it_prints_is_shown_up_to_a_mebibyte(confinement: Confinement) -> None:
+def test_what_it_prints_is_shown_up_to_a_mebibyte(confinement: ForkServer) -> None:
     said: list[str] = []
     text = "0123456789ab\x1b]\n"
     task = {"name": "say", "arguments": {"text": text, "times": 200_000}}
@@ -81,7 +84,7 @@ def test_what_it_prints_is_shown_up_to_a_mebibyte(confinement: Confinement) -> N
 
 
 def test_nothing_that_it_prints_commands_a_terminal(
-    confinement: Confinement, capsys: pytest.CaptureFixture[str]
+    confinement: ForkServer, capsys: pytest.CaptureFixture[str]
 ) -> None:
     task = {"name": "say", "arguments": {"text": "a\x1b[2J\tb\r\x9bé\n", "times": 1}}
     with confinement.start(task, View()) as process:
@@ -89,17 +92,21 @@ def test_nothing_that_it_prints_commands_a_terminal(
     assert capsys.readouterr().err == "a[2J\tbé\n"
 
 
-def test_its_folder_is_its_own_and_gone_with_it(confinement: Confinement) -> None:
+def test_its_folder_is_its_own_and_gone_with_it(confinement: ForkServer) -> None:
     with confinement.start({"name": "use_folder"}, View()) as process:
         assert answer(process) == "te ['c', 'd'] True"
-        assert process.folder.is_dir()
-    assert not process.folder.exists()
+        folder = process.folder
+        assert folder is not None
+        assert folder.is_dir()
+    assert not folder.exists()
     with confinement.start({"name": "dig"}, View()) as process:
         assert answer(process) == "deep"
-    assert not process.folder.exists()
+        folder = process.folder
+    assert folder is not None
+    assert not folder.exists()
 
 
-def test_it_finds_modules_in_folders_that_it_cannot_list(confinement: Confinement, tmp_path: Path) -> None:
+def test_it_finds_modules_in_folders_that_it_cannot_list(confinement: ForkServer, tmp_path: Path) -> None:
     texts = {
         "beside.py": 1,
         "package/__init__.py": 2,
@@ -125,14 +132,14 @@ def test_it_finds_modules_in_folders_that_it_cannot_list(confinement: Confinemen
         assert process.death().reason == "ended its process with exit code 1"
 
 
-def test_it_reads_the_data_that_it_is_given(confinement: Confinement, tmp_path: Path) -> None:
+def test_it_reads_the_data_that_it_is_given(confinement: ForkServer, tmp_path: Path) -> None:
     (tmp_path / "weights").write_text("heavy", "utf-8")
     task = {"name": "use_file", "arguments": {"path": str(tmp_path / "weights")}}
     with confinement.start(task, View(readable=(tmp_path / "weights",))) as process:
         assert answer(process) == "heavy"
 
 
-def test_it_finds_what_it_is_given_by_links_and_detours(confinement: Confinement, tmp_path: Path) -> None:
+def test_it_finds_what_it_is_given_by_links_and_detours(confinement: ForkServer, tmp_path: Path) -> None:
     (tmp_path / "real/inner").mkdir(parents=True)
     (tmp_path / "real/file").write_text("found", "utf-8")
     (tmp_path / "link").symlink_to("real")
@@ -146,7 +153,7 @@ def test_it_finds_what_it_is_given_by_links_and_detours(confinement: Confinement
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["link", "real"]
 
 
-def test_it_is_small(confinement: Confinement) -> None:
+def test_it_is_small(confinement: ForkServer) -> None:
     with confinement.start({"name": "nothing"}, View()) as process:
         assert answer(process) == "ready"
         rollup = Path(f"/proc/{process.pid}/smaps_rollup").read_text("ascii")
@@ -157,16 +164,18 @@ def test_it_is_small(confinement: Confinement) -> None:
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_everything_ends_with_its_user(number: int) -> None:
     """Also if its server was stopped, for it hears of the end all the same."""
+    attacks = str(Path(__file__).parents[1] / "confinement")
     script = f"""
 import os, signal, sys
 from pathlib import Path
-from sunset.confinement import Confinement, View
-server = Confinement("attacks:attempt", Path({str(Path(__file__).parent)!r}))
+from sunset.confinement import View
+from sunset.processes.server import ForkServer
+server = ForkServer("attacks:attempt", {PREPARE!r}, folder=Path({attacks!r}))
 process = server.start({{"name": "daemon"}}, View())
 process.wait()
-print(server._process.pid, process.socket.recv(4096).decode(), process.folder, sep="|", flush=True)
+print(server.pid, process.socket.recv(4096).decode(), process.folder, sep="|", flush=True)
 if {number} == signal.SIGSTOP:
-    os.kill(server._process.pid, signal.SIGSTOP)
+    os.kill(server.pid, signal.SIGSTOP)
 os.kill(os.getpid(), signal.SIGKILL)
 """
     told = subprocess.run([sys.executable, "-c", script], capture_output=True, check=False, text=True)
@@ -183,9 +192,10 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_a_server_that_is_gone_is_one_sentence() -> None:
-    with Confinement("programs:run", Path(__file__).parent) as server:
-        server._process.kill()
-        server._process.wait()
+    with ForkServer("programs:run", PREPARE, folder=Path(__file__).parent) as server:
+        os.kill(server.pid, signal.SIGKILL)
+        while server.is_running:
+            time.sleep(0.01)  # noqa: TID251  its end is waited for
         # at once, or at the first use where another process was forked while the server was started
         with (
             pytest.raises(SunsetError, match=r"has ended: it was killed"),
@@ -194,7 +204,7 @@ def test_a_server_that_is_gone_is_one_sentence() -> None:
             process.wait(_PATIENCE_S)
 
 
-def test_a_process_that_cannot_be_confined_runs_nothing(confinement: Confinement) -> None:
+def test_a_process_that_cannot_be_confined_runs_nothing(confinement: ForkServer) -> None:
     with confinement.start({"name": "nothing"}, View(readable=(Path("/a\0b"),))) as process:
         assert process.wait(_PATIENCE_S)
         assert process.socket.recv(1) == b""
@@ -202,7 +212,7 @@ def test_a_process_that_cannot_be_confined_runs_nothing(confinement: Confinement
             process.death()
 
 
-def test_a_process_that_is_forked_can_use_it(confinement: Confinement) -> None:
+def test_a_process_that_is_forked_can_use_it(confinement: ForkServer) -> None:
     with confinement.start({"name": "hang"}, View()) as process:
         assert not process.wait(0.01)
         assert not process.ended

@@ -2,6 +2,7 @@ import ctypes
 import os
 import re
 import signal
+import stat
 import subprocess
 import sys
 import threading
@@ -12,9 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from sunset import isolation
 from sunset.errors import ModelError
-from sunset.isolation import ProcessDeath, UnexpectedError, Watch, call_isolated
+from sunset.processes import forking
+from sunset.processes.calls import UnexpectedError, Watch, call_isolated
+from sunset.processes.process import ProcessDeath
 
 
 class _UnknownError(ModelError):
@@ -157,7 +159,7 @@ def test_a_caller_that_loses_the_ends_of_its_processes_gets_what_they_return(
     before = signal.signal(signal.SIGCHLD, handler)
     try:
         assert call_isolated(lambda _: "done", limit_s=30) == "done"
-        with pytest.raises(ProcessDeath, match=r"^ended its process$"):
+        with pytest.raises(ProcessDeath, match=r"^ended its process with exit code 3$"):
             call_isolated(lambda _: os._exit(3), limit_s=30)
     finally:
         signal.signal(signal.SIGCHLD, before)
@@ -175,7 +177,7 @@ def test_a_caller_without_streams_gets_what_a_call_returns(
 
 def test_no_pipe_takes_the_place_of_a_stream_that_is_closed() -> None:
     program = (
-        "import os; from sunset.isolation import call_isolated; os.closerange(0, 3);"
+        "import os; from sunset.processes.calls import call_isolated; os.closerange(0, 3);"
         "os._exit(call_isolated(lambda _: 7, limit_s=30))"
     )
 
@@ -231,7 +233,7 @@ def test_an_answer_that_cannot_be_read_is_told_of() -> None:
     def tamper(_: Watch) -> None:
         for number in range(3, 1000):
             with suppress(OSError):
-                if os.fstat(number).st_nlink == 0:
+                if stat.S_ISSOCK(os.fstat(number).st_mode):
                     os.write(number, b"x")
 
     with pytest.raises(ProcessDeath, match=r"^ended its process without an answer that can be read$"):
@@ -269,19 +271,23 @@ def test_memory_is_limited() -> None:
 
 
 def test_an_interrupted_caller_leaves_no_process_behind(tmp_path: Path) -> None:
+    caller = os.getpid()
+
     def interrupt(_: Watch) -> None:
         (tmp_path / str(os.getpid())).touch()
-        os.kill(os.getppid(), signal.SIGINT)
+        os.kill(caller, signal.SIGINT)
         time.sleep(60)  # noqa: TID251
 
-    for _ in range(20):  # whatever the caller is about
+    for _ in range(20):  # at different moments
         with pytest.raises(KeyboardInterrupt):
             call_isolated(interrupt, limit_s=30)
 
     assert len(list(tmp_path.iterdir())) == 20
     for file in tmp_path.iterdir():
-        with pytest.raises(ChildProcessError):
-            os.waitpid(int(file.name), os.WNOHANG)
+        with pytest.raises(ProcessLookupError):
+            os.kill(int(file.name), 0)
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)
 
 
 def test_an_interrupt_before_the_number_of_the_new_process_is_known_leaves_none_behind(
@@ -299,7 +305,7 @@ def test_an_interrupt_before_the_number_of_the_new_process_is_known_leaves_none_
         forked.append(fork())
         return forked[-1]
 
-    monkeypatch.setattr(isolation, "noted_signals", interrupted)
+    monkeypatch.setattr(forking, "noted_signals", interrupted)
     monkeypatch.setattr(os, "fork", noted_fork)
     with pytest.raises(KeyboardInterrupt):
         call_isolated(lambda _: time.sleep(60), limit_s=90)  # noqa: TID251
@@ -311,7 +317,7 @@ def test_an_interrupt_before_the_number_of_the_new_process_is_known_leaves_none_
 
 INTERRUPTED = """
 import os, signal, threading, time
-from sunset.isolation import call_isolated
+from sunset.processes.calls import call_isolated
 
 forked = threading.Event()
 

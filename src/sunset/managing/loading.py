@@ -26,14 +26,14 @@ class PassedManager(NamedTuple):
 
     Attributes:
         origin: the class or function, without the arguments of a `functools.partial`.
-        made: a class whose instances are the managing system.
+        manager_class: a class whose instances are the managing system.
         files: the files of the class or function and of its base classes; empty if they do not identify its code.
         arguments: the arguments of a `functools.partial`, as text.
         texts: file → its content when the managing system was passed first.
     """
 
     origin: Callable[..., ManagingSystem]
-    made: type[ManagingSystem]
+    manager_class: type[ManagingSystem]
     files: tuple[Path, ...]
     arguments: tuple[bytes, ...]
     texts: Mapping[Path, bytes]
@@ -59,7 +59,7 @@ def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
     if spec in MANAGERS:
         return MANAGERS[spec]
     if spec in _passed:
-        return _passed[spec].made
+        return _passed[spec].manager_class
     check_printable(spec)
     if spec.startswith(PREFIX):
         return load_program(spec, folder)
@@ -74,10 +74,10 @@ def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
             "own as module:Class, path/to/file.py:Class or exec:COMMAND."
         )
     module = _load_file(Path(where), folder) if where.endswith(".py") else _load_module(where)
-    made = getattr(module, name, None)
-    if made is None:
+    manager_class = getattr(module, name, None)
+    if manager_class is None:
         raise _missing_class_error(where, module, name)
-    return _checked_class(spec, made)
+    return _checked_class(spec, manager_class)
 
 
 def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> str:
@@ -97,7 +97,9 @@ def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> 
         )
     origin = manager.func if isinstance(manager, partial) else manager
     name = name or f"{origin.__module__}:{getattr(origin, '__qualname__', type(origin).__name__)}"
-    made = _checked_class(name, manager if isinstance(manager, type) else _class_of_factory(name, manager))
+    manager_class = _checked_class(
+        name, manager if isinstance(manager, type) else _class_of_factory(name, manager)
+    )
     parts = _files_by_part(origin)
     texts = {file: file.read_bytes() for file in sorted(set(parts.values()))}
     known = _passed.get(name)
@@ -109,7 +111,7 @@ def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> 
     values = [manager.args, manager.keywords] if isinstance(manager, partial) else []
     files = tuple(texts) if _is_plain(values) else ()
     arguments = (repr(values).encode(),) if files and any(values) else ()
-    _passed[name] = PassedManager(origin, made, files, arguments, texts)
+    _passed[name] = PassedManager(origin, manager_class, files, arguments, texts)
     return name
 
 
@@ -130,7 +132,7 @@ def _class_of_factory(name: str, make: Callable[..., ManagingSystem]) -> type[Ma
     except (TypeError, ValueError) as error:
         raise ManagerError(f"{name} cannot make a managing system: {str(error).rstrip('.')}.") from error
 
-    class Made(ManagingSystem):
+    class FromFactory(ManagingSystem):
         __signature__ = signature
 
         def __new__(cls, **options: object) -> Self:
@@ -145,8 +147,8 @@ def _class_of_factory(name: str, make: Callable[..., ManagingSystem]) -> type[Ma
         def adapt(self, symptoms: Symptoms) -> None:
             raise NotImplementedError
 
-    Made.__qualname__ = Made.__name__ = name.rpartition(":")[2]
-    return Made
+    FromFactory.__qualname__ = FromFactory.__name__ = name.rpartition(":")[2]
+    return FromFactory
 
 
 def _files_by_part(origin: object) -> dict[object, Path]:
@@ -236,28 +238,28 @@ def _missing_class_error(where: str, module: ModuleType, name: str) -> ManagerEr
     return ManagerError(f"There is no class {name} in {where}{hint}.")
 
 
-def _checked_class(spec: str, made: object) -> type[ManagingSystem]:
+def _checked_class(spec: str, manager_class: object) -> type[ManagingSystem]:
     """Return the class if an experiment can make instances and call `adapt`."""
-    if not (isinstance(made, type) and issubclass(made, ManagingSystem)):
+    if not (isinstance(manager_class, type) and issubclass(manager_class, ManagingSystem)):
         raise ManagerError(f"{spec} is not a managing system: it must be a subclass of ManagingSystem.")
-    if inspect.isabstract(made) or made.adapt is ManagingSystem.adapt:
+    if inspect.isabstract(manager_class) or manager_class.adapt is ManagingSystem.adapt:
         raise ManagerError(f"{spec} has no method adapt(self, symptoms).")
-    if inspect.isgeneratorfunction(made.adapt) or inspect.isasyncgenfunction(made.adapt):
+    if inspect.isgeneratorfunction(manager_class.adapt) or inspect.isasyncgenfunction(manager_class.adapt):
         raise ManagerError(
             f"The method adapt of {spec} contains yield, so that a call of it does nothing: call the adaptations, or "
             "write 'async def adapt' and await them."
         )
     try:
-        inspect.signature(made).bind(context=None, cli_args=None, parameter_overrides=None)
+        inspect.signature(manager_class).bind(context=None, cli_args=None, parameter_overrides=None)
     except TypeError as error:
         raise ManagerError(
             f"{spec} cannot be made: __init__ must accept context, cli_args and parameter_overrides "
             f"as keyword arguments ({error}); to prepare something, override on_start instead."
         ) from error
     try:
-        inspect.signature(made.adapt).bind(None, None)
+        inspect.signature(manager_class.adapt).bind(None, None)
     except TypeError as error:
         raise ManagerError(
             f"The method adapt of {spec} must accept one argument, symptoms: 'def adapt(self, symptoms)'."
         ) from error
-    return made
+    return manager_class

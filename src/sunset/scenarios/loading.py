@@ -124,9 +124,10 @@ def load_scenario(name: str | Path) -> Scenario:
 def _unknown_error(text: str) -> ScenarioError:
     is_folder = os.path.isdir(text)  # noqa: PTH112  see load_scenario
     if is_folder or text in suite_names():
+        kind, parts = ("a folder, and so a suite", "files") if is_folder else ("a suite", "scenarios")
         return ScenarioError(
-            f"{text!r} {'is a folder, and so a suite' if is_folder else 'is a suite'}: name one of its scenarios, or "
-            f"run all of them with 'sunset bench --suite {shlex.quote(text)}'."
+            f"{text!r} is {kind}: name one of its {parts}, or run all of its scenarios with 'sunset bench --suite "
+            f"{shlex.quote(text)}'."
         )
     hint = suggestion(text, [*scenario_names(), *current_system().faults])
     return ScenarioError(

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from tests.experiments.campaigns import RUNS, bench_command, content_of
 
-from sunset.api import generate_split
+from sunset import generate_split
 from sunset.data import read_bag, write_bag
 from sunset.errors import InvalidInputError, OutputError, RecordError
 from sunset.evaluation import load_results, render_report

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
-from sunset.api.options import Extensions, as_path, check_progress, extended
+from sunset.api.arguments import Extensions, as_path, check_progress, extended
 from sunset.evaluation import index_page, load_results
 from sunset.output_files import draft_of_folder
 from sunset.recording import read_stored_run
@@ -29,20 +29,20 @@ def write_site(
 ) -> Path:
     """Write a folder with the report of stored runs and a page for each run, as `sunset report --site` does.
 
-    Nothing in it needs another file or the network, so that it can be published as it is. Pictures are in the pages of
-    runs whose records have images.
+    The folder is self-contained and needs no network, so that it can be published as it is. Pages of runs whose records
+    have images contain pictures.
 
     Args:
-        path: what `run` or `bench`, or the command line, has written.
+        path: the folder that `run` or `bench`, or the command line, has written.
         out: the folder, which must not exist, or be empty.
-        progress: called with (pages that are written, pages in all).
+        progress: called with (written pages, all pages).
         extensions: those of the managed system that the runs were made with.
 
     Returns:
         The first page, `index.html` in the folder.
 
     Raises:
-        RecordError: there is no such folder, no run in it, or one is damaged or of another version.
+        RecordError: there is no such folder or run, or a record is damaged or of another version.
         OutputError: the folder cannot be written, or is not empty.
     """
     check_progress(progress)

@@ -96,10 +96,6 @@ def message_from_yaml(text: str, kind: type[Message]) -> Message:
         text: such as `{data: true}`; nothing at all is an empty mapping.
         kind: the class of the message.
 
-    Raises:
-        InvalidInputError: it is not valid YAML.
-        InterfaceError: it does not fit the definition.
-
     >>> from sunset.interfaces.lifecycle_msgs.srv import ChangeState
     >>> message_from_yaml("{transition: {label: configure}}", ChangeState.Request)
     Request(transition=Transition(id=0, label='configure'))

@@ -117,9 +117,6 @@ class Session:
         Args:
             look: returns what was found, or something false.
             complaint: what to say otherwise.
-
-        Raises:
-            NotThereError: nothing was found.
         """
         found: list[T] = []
 
@@ -133,11 +130,7 @@ class Session:
         return found[0]
 
     def find_node(self, name: str) -> str:
-        """Return the full name of a node that is there.
-
-        Raises:
-            NotThereError: it is not.
-        """
+        """Return the full name of a node that is there."""
         full = absolute(name)
         self.find(lambda: full in self.nodes(), f"Unable to find node {full!r}.")
         return full
@@ -151,11 +144,7 @@ class Session:
         request: Message,
         qos: QoSProfile = qos_profile_services_default,
     ) -> Any:
-        """Return the response of a service.
-
-        Raises:
-            NotThereError: the service is not there, or does not answer.
-        """
+        """Return the response of a service."""
         client = self.node.create_client(service_type, name, qos_profile=qos)
         try:
             kind = service_type.__ros_name__
@@ -173,12 +162,7 @@ class Session:
 
 @contextmanager
 def session(arguments: argparse.Namespace) -> Iterator[Session]:
-    """Join the graph as the options say; leave it at the end, on Ctrl-C and SIGTERM too.
-
-    Raises:
-        MissingExtraError: the extra `live` is not installed.
-        MiddlewareError: an option cannot be used, or the graph cannot be joined.
-    """
+    """Join the graph as the options say; leave it at the end, on Ctrl-C and SIGTERM too."""
     with (
         held_signals() as check,
         live_middleware().join(domain_id=arguments.domain_id, network=arguments.network) as middleware,
@@ -188,9 +172,6 @@ def session(arguments: argparse.Namespace) -> Iterator[Session]:
 
 def absolute(name: str) -> str:
     """Return the full form of a name; one without a leading slash is in the root namespace.
-
-    Raises:
-        NameValidationException: it breaks the rules for names.
 
     >>> absolute("managed_subsystem/camera")
     '/managed_subsystem/camera'

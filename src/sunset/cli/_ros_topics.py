@@ -68,12 +68,7 @@ def rate_text(times: Iterable[float]) -> str:
 
 
 def _subscribe(graph: Session, name: str, callback: Callable[[Message], object]) -> None:
-    """Listen to a topic, as reliably as all its publishers allow.
-
-    Raises:
-        NotThereError: nothing publishes on it.
-        InvalidInputError: its type is unknown here.
-    """
+    """Listen to a topic, as reliably as all its publishers allow."""
     topic = absolute(name)
     publishers = graph.find(
         lambda: graph.endpoints(topic, [EndpointKind.PUBLISHER]),

@@ -2,6 +2,7 @@
 
 import argparse
 
+from sunset.cli._options import add_flag
 from sunset.harness.node_process import NodeSpec, node_names, run_node
 from sunset.system import MANAGING_SYSTEM
 
@@ -22,10 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "oracle, or your own",
     )
     add_network_options(parser)
-    parser.add_argument(
+    add_flag(
+        parser,
         "--end-with-stdin",
-        action="store_true",
-        help="end when stdin does: with the parent process, if that holds the other end of a pipe",
+        "end when stdin does: with the parent process, if that holds the other end of a pipe",
     )
     parser.add_argument(
         "--ros-args", nargs=argparse.REMAINDER, default=[], help="ROS arguments: -r, -p, --params-file, …"
@@ -33,10 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_network_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says who hears a live system."""
-    parser.add_argument(
-        "--network", action="store_true", help="be heard beyond this computer, which is the default's limit"
-    )
+    """Add the options for the network of a live system."""
+    add_flag(parser, "--network", "be heard beyond this computer, which is the default's limit")
     parser.add_argument(
         "--ros-distro",
         metavar="NAME",

@@ -1,4 +1,4 @@
-"""Locks a campaign's folder: for one process that runs all of it, or for several that run a shard each."""
+"""The lock on a campaign's folder: for a process that runs all of it, or for several that run a shard each."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -15,11 +15,7 @@ _LOCK_FILE: Final = ".lock"
 
 @contextmanager
 def locked_campaign(out: Path, shard: Shard | None = None) -> Iterator[None]:
-    """Make a campaign's folder, if there is none, and keep others from running the same runs in it.
-
-    Raises:
-        OutputError: another process does, or the folder holds something else.
-    """
+    """Make a campaign's folder, if there is none, and keep other processes from running the same runs in it."""
     import fcntl  # noqa: PLC0415  not on every system
 
     make_folder(out)
@@ -32,7 +28,7 @@ def locked_campaign(out: Path, shard: Shard | None = None) -> Iterator[None]:
         locks[f"{_LOCK_FILE}-{shard.number}-of-{shard.count}"] = fcntl.LOCK_EX
     with ExitStack() as files:
         for name, kind in locks.items():
-            file = files.enter_context((out / name).open("a+b"))  # network drives want both to be allowed
+            file = files.enter_context((out / name).open("a+b"))  # network drives need both permissions
             try:
                 fcntl.flock(file, kind | fcntl.LOCK_NB)
             except BlockingIOError as error:

@@ -1,4 +1,4 @@
-"""A part of a campaign that is run for itself, for instance by one job of an array."""
+"""Shards: parts of a campaign that are run separately, for instance by the jobs of an array."""
 
 import re
 from collections.abc import Sequence
@@ -15,12 +15,7 @@ _SHARD: Final = re.compile(r"([1-9][0-9]{0,8})/([1-9][0-9]{0,8})")
 
 @dataclass(frozen=True, slots=True)
 class Shard:
-    """One of the parts that a campaign's runs are split in.
-
-    Attributes:
-        number: which one, from 1 on.
-        count: how many there are.
-    """
+    """Part `number`, from 1 on, of the `count` parts that a campaign's runs are split into."""
 
     number: int
     count: int
@@ -29,24 +24,18 @@ class Shard:
     def parse(cls, text: object) -> "Shard":
         """Return the shard that the text `I/N` names.
 
-        Raises:
-            InvalidInputError: the text is not of the form I/N, or there is no such part.
-
         >>> Shard.parse("2/4")
         Shard(number=2, count=4)
         """
-        found = _SHARD.fullmatch(text) if isinstance(text, str) else None
-        if found is None or int(found[1]) > int(found[2]):
+        match = _SHARD.fullmatch(text) if isinstance(text, str) else None
+        if match is None or int(match[1]) > int(match[2]):
             raise InvalidInputError(
                 f"A shard must be I/N, the I-th of N parts, from 1/N to N/N, got {shown(text)}."
             )
-        return cls(int(found[1]), int(found[2]))
+        return cls(int(match[1]), int(match[2]))
 
     def of(self, items: Sequence[_Item]) -> Sequence[_Item]:
-        """Return this part of the items: neighbours, and as many as any other part has, or one more or less.
-
-        Raises:
-            InvalidInputError: there are more parts than items.
+        """Return this part of the items: neighbours; the sizes of parts differ by at most 1.
 
         >>> [Shard(number, 3).of("abcdefgh") for number in (1, 2, 3)]
         ['ab', 'cde', 'fgh']

@@ -7,23 +7,16 @@ from sunset.scenarios import After, Profile, Scenario, ScenarioFault
 def stored_faults(scenario: Scenario, asked: Scenario) -> list[StoredFault]:
     """Return the faults of a scenario for a record.
 
-    Args:
-        scenario: with the strengths that were injected.
-        asked: the same, with the severities that were asked for.
+    `asked` is the same scenario with severities in place of the model's strengths.
     """
-    found = []
-    for fault, wanted in zip(scenario.faults, asked.faults, strict=True):
-        content = fault.to_mapping()
-        found.append(StoredFault(**content, severity=wanted.severity))  # type: ignore[arg-type]  # as it checks itself
-    return found
+    return [
+        StoredFault(**fault.to_mapping(), severity=wanted.severity)  # type: ignore[arg-type]  # as it checks itself
+        for fault, wanted in zip(scenario.faults, asked.faults, strict=True)
+    ]
 
 
 def scenario_of(run: RunRecord) -> Scenario:
-    """Return the scenario of a stored run.
-
-    Raises:
-        ScenarioError: no scenario has these faults.
-    """
+    """Return the scenario of a stored run."""
     faults = tuple(
         ScenarioFault(
             fault.name,

@@ -88,7 +88,7 @@ def check_progress(*functions: object) -> None:
     """Check that functions that are called with the progress are functions, or None.
 
     Raises:
-        InvalidInputError: one cannot be called.
+        InvalidInputError: a function cannot be called.
     """
     for function in functions:
         if function is not None and not callable(function):
@@ -101,7 +101,7 @@ def check_flags(**flags: object) -> None:
     """Check that values, by their names, are true or false.
 
     Raises:
-        InvalidInputError: one is not.
+        InvalidInputError: a value is neither.
     """
     for name, value in flags.items():
         if not isinstance(value, bool):
@@ -112,7 +112,7 @@ def check_names(options: Mapping[str, object], known: Collection[str]) -> None:
     """Check that options are known.
 
     Raises:
-        InvalidInputError: one is not.
+        InvalidInputError: an option is unknown.
     """
     for name in options:
         if name not in known:

@@ -35,7 +35,7 @@ def list_scenarios(suite: str | Path | None = None) -> tuple[str, ...]:
     """Return the names of the scenarios of a suite, or of a folder of scenario files; of all suites if it is None.
 
     Raises:
-        ScenarioError: there is no such suite, or it is not usable.
+        ScenarioError: the suite does not exist, or is not usable.
     """
     if suite is None:
         return tuple(name for each in suite_names() for name in list_scenarios(each))
@@ -47,7 +47,7 @@ def make_scenario(*faults: str, name: str = "") -> Scenario:
     """Make a scenario of faults, each as `FAULT` or `FAULT=STRENGTH`, as `sunset scenarios generate` does.
 
     Raises:
-        ScenarioError: there is no such fault, or no such strength.
+        ScenarioError: a fault or its strength is not valid.
     """
     return generate(names_of(list(faults), "faults"), name=name)
 

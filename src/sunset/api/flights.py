@@ -46,7 +46,7 @@ def render_flight(
 
     Args:
         out: the folder of a new bag, which is a copy; None for the bag in the cache folder.
-        plan: of the flight; that of the default flight if it is None.
+        plan: of the flight; the default flight's if it is None.
         jobs: processes that render; as many as there are processors, at most 8, if None.
         progress: called with (frames done, all frames).
 
@@ -73,7 +73,7 @@ def bag_statistics(bag: str | Path | None = None, *, progress: Progress | None =
     """Return the contents of a bag, as `sunset data info` prints them; of the default flight if it is None.
 
     Raises:
-        DataError: there is no such bag, or it is damaged.
+        DataError: the bag is missing or damaged.
     """
     check_progress(progress)
     with read_bag(optional_path(bag, "bag") or default_flight()) as reader:
@@ -91,13 +91,13 @@ def measure_flights(
 ) -> dict[str, FlightThresholds]:
     """Return the thresholds of a model and their quality by flight, as `sunset models flights` prints them.
 
-    They are computed once for a flight and a model, and kept in the user's cache folder. On the default flight they are
-    those of the model's card.
+    They are computed once for a flight and a model, and kept in the user's cache folder. The default flight has
+    the thresholds of the model's card.
 
     Args:
         model: its name or folder, or a model of `load_model`.
         flights: as of `bench`.
-        jobs: worker processes; one a core if None.
+        jobs: worker processes; a process per core if None.
         device: where networks run: `cpu`, `cuda` or `auto`.
         progress: called with (stage, frames done, all frames).
         extensions: whose faults are looked at, too.

@@ -51,7 +51,7 @@ class TrainingOptions(TypedDict, total=False):
     """Options of a training; each can be left out.
 
     Attributes:
-        name: in the model's card, in records and reports; that of its folder if left out.
+        name: in the model's card, in records and reports; its folder's name if left out.
         modality: which networks: `rgb`, `depth` or `all`; the fusion contains both branches, so it means all.
         seed: of everything that is drawn; 1 if left out.
         steps: of the optimiser; as planned for the architecture if left out.
@@ -60,7 +60,7 @@ class TrainingOptions(TypedDict, total=False):
         start_from: the name or folder of a model that is trained further; random weights if left out.
         resume: whether to continue an interrupted training with the files in `work`.
         work: the folder of frames, checkpoints and logs; `training` if left out.
-        jobs: processes that render and measure; one a core if left out.
+        jobs: processes that render and measure; a process per core if left out.
         device: where networks are trained: `cpu`, `cuda` or `auto`.
         compiled: whether torch compiles the networks.
     """
@@ -160,12 +160,12 @@ def import_model(
 ) -> Model:
     """Make a model of the published checkpoints, as `sunset models import` does, and return it.
 
-    It has no thresholds until `calibrate_model` sets them. No code of the checkpoints is executed.
+    It lacks thresholds until `calibrate_model` sets them. No code of the checkpoints is executed.
 
     Args:
         checkpoints: the folder of `rgb.pth`, `depth.pth` and `fusion.pth`, those that exist.
         out: the new model's folder.
-        name: in the model's card; that of its folder if None.
+        name: in the model's card; its folder's name if None.
         size: width and height of the images that it takes, in pixels.
         progress: called with (stage, steps done, all steps).
 
@@ -207,7 +207,7 @@ def calibrate_model(
         model: its name or folder, or a model of `load_model`.
         bag: good frames for the calibration; flights over a held-out town if it is None.
         out: a new folder for the calibrated model; the model's own is changed if it is None.
-        jobs: worker processes; one a core if None.
+        jobs: worker processes; a process per core if None.
         device: where networks run: `cpu`, `cuda` or `auto`.
         progress: called with (stage, steps done, all steps).
         extensions: whose faults are looked at, too.
@@ -251,15 +251,15 @@ def measure_curves(
         model: its name or folder, or a model of `load_model`.
         bag: with the frames; the default flight in the model's size if it is None.
         every: measure every n-th group of five consecutive frames only.
-        strengths: fault → strength to measure at in place of those of the suites.
-        jobs: worker processes; one a core if None.
+        strengths: fault → strength to measure at in place of the suites' strengths.
+        jobs: worker processes; a process per core if None.
         device: where networks run: `cpu`, `cuda` or `auto`.
         progress: called with (frames done, all frames).
         rendering: called likewise while the flight is rendered.
         extensions: whose faults are measured, too.
 
     Raises:
-        SunsetError: the model or the bag is not usable, or there is no such fault or strength.
+        SunsetError: the model, the bag, a fault or a strength is not usable.
     """
     from sunset.training import curves
 
@@ -287,11 +287,10 @@ def measure_iou(
     """Measure models on held-out towns, as `sunset models iou` does.
 
     Args:
-        models: one or several, each by name or folder or as `load_model` returned it; all that are installed if there
-            are none.
+        models: names, folders or models of `load_model`, as a list or alone; all installed models if empty.
         frames: views of each held-out town, and frames of the default flight; if None, two views of every setting, and
             the whole flight.
-        jobs: worker processes; one a core if None.
+        jobs: worker processes; a process per core if None.
         device: where networks run: `cpu`, `cuda` or `auto`.
         progress: called with (frames done, all frames).
         rendering: called likewise while frames are rendered, once.

@@ -110,10 +110,10 @@ def campaign_of(suite: str | Path, managers: Managers, options: Mapping[str, Any
 
 
 def _check_named(managers: Managers, settings: Settings) -> None:
-    """Check that managing systems of live runs are names, since each is a process that is not forked from this one.
+    """Check that managing systems of live runs are names, since their processes are not forked from this process.
 
     Raises:
-        ManagerError: one is a class or a function.
+        ManagerError: a managing system is a class or a function.
     """
     listed = managers.values() if isinstance(managers, Mapping) else managers
     listed = listed if isinstance(listed, Collection) and not isinstance(listed, str) else [listed]
@@ -134,7 +134,7 @@ def _manager_names(managers: Managers) -> tuple[str, ...]:
     """Return the names, with their labels, of managing systems that were given as a list, or by label.
 
     Raises:
-        ManagerError: one is not a managing system, or two have the same name.
+        ManagerError: an object is not a managing system, or two have the same name.
     """
     if isinstance(managers, Mapping):
         return _labelled_names(managers)
@@ -155,7 +155,7 @@ def _labelled_names(managers: Mapping[str, Manager]) -> tuple[str, ...]:
     firsts: dict[str, Manager] = {}
     names = {label: _manager_name(manager) for label, manager in managers.items()}
     for label, manager in managers.items():
-        if not isinstance(manager, str):  # the name may have been given to a later one
+        if not isinstance(manager, str):  # the name may now belong to another class
             is_shared = firsts.setdefault(names[label], manager) is not manager
             names[label] = register_manager(
                 manager, f"{names[label]} ({label})" if is_shared else names[label]

@@ -37,7 +37,7 @@ def fault_picture(
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        SunsetError: there is no such fault or frame, or as `run`.
+        SunsetError: the fault or the frame does not exist, or as `run`.
     """
     preparing = options.get("preparing")
     check_progress(preparing)
@@ -99,7 +99,7 @@ def fault_figure(
         out: a .png, .pdf or .svg.
         seed: of the runs.
         progress: called with (finished runs, all runs).
-        **options: those of `sunset.Options`, as of `run`.
+        **options: as of `run`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

@@ -42,7 +42,7 @@ class Prospect:
 
     Attributes:
         pair: the known pair.
-        power: probability of detecting a difference of `DIFFERENCE` in utility; None where it has no interval.
+        power: probability of detecting a difference of `DIFFERENCE` in utility; None without an interval.
         detectable: the difference that is detected with a probability of `POWER`; None likewise.
         repetitions: how many of them detect `DIFFERENCE` with that probability; None where no number does.
     """
@@ -156,7 +156,7 @@ def _prospect_text(prospect: Prospect, where: str) -> str:
 
 
 def count_runs(spec: BenchSpec) -> dict[str, int]:
-    """Return how many runs a campaign has: those of the named managing systems, and then those that are added."""
+    """Return how many runs a campaign has: of the named managing systems, and then of added ones."""
     added, runs = added_managers(spec), plan(replace(spec, references=False))
     for_score = sum(run.manager_name in added for run in runs)
     names = [label or manager for label, manager in map(split_label, spec.managers)]
@@ -180,7 +180,7 @@ def forecast(
         preparing: called with (stage, frames done, frames in all) before the trial runs.
 
     Raises:
-        RecordError: there is no such folder, no run in it, or one that is damaged.
+        RecordError: the folder or its runs are missing or damaged.
         InvalidInputError: the campaign is not usable.
     """
     spreads, source = dict(VARIANCES), "baseline, reactive and oracle on the test split"

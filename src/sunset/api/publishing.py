@@ -44,10 +44,10 @@ def bundle(
         folder: the campaign.
         out: the file, which must not exist.
         title: of the bundle; derived from the campaign's plan if empty.
-        authors: a name each, followed by an ORCID if there is one; anonymous if there are none.
+        authors: a name each, followed by an ORCID if known; anonymous if empty.
         licence: under which others may use it, as SPDX calls it, such as `CC-BY-4.0`, or its address; none if empty.
         date: the day of publication, as `2026-03-14`; today if None.
-        extensions: those of the managed system that the campaign was run with.
+        extensions: extensions that the campaign was run with.
         progress: called with (checked runs, all runs).
 
     Raises:

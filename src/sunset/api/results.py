@@ -58,7 +58,7 @@ class Results:
 
     Attributes:
         folder: where they are.
-        runs: a row for each run, invalid ones included.
+        runs: a row for each run, including invalid runs.
     """
 
     folder: Path
@@ -66,7 +66,7 @@ class Results:
 
     @cached_property
     def rows(self) -> list[SystemRow]:
-        """The rows of the table, one for each managing system and suite."""
+        """The rows of the table, by managing system and suite."""
         return summarise(self.runs)
 
     @cached_property
@@ -90,7 +90,7 @@ class Results:
             every: whether a table or LaTeX has every figure, and not the first page only.
 
         Raises:
-            InvalidInputError: there is no such format.
+            InvalidInputError: the format is unknown.
         """
         return format_runs(self.runs, form, every=every)
 
@@ -98,7 +98,7 @@ class Results:
         """Compare two managing systems in the runs that both have: the same scenario, seed, model and flight.
 
         Raises:
-            InvalidInputError: there is no such managing system, both are the same, or they have no run in common.
+            InvalidInputError: a managing system is unknown, both are the same, or they lack a common run.
         """
         return compare_managers(self.runs, first, second)
 
@@ -131,11 +131,11 @@ def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = 
 
     Args:
         path: the folder that `run` or `bench`, or the command line, has written.
-        recompute: compute the figures of several runs from the recorded messages instead of reading the stored ones.
-        extensions: those of the managed system that the runs were made with, where figures are computed.
+        recompute: compute the figures of several runs from the recorded messages instead of reading stored figures.
+        extensions: extensions that the runs were made with, where figures are computed.
 
     Raises:
-        RecordError: there is no such folder, no run in it, or one that is damaged or of another version.
+        RecordError: the folder or its runs are missing, damaged or of another version.
     """
     folder = as_path(path, "folder of stored runs")
     if folder.is_file():
@@ -176,7 +176,7 @@ def report(
 
     Raises:
         RecordError: as `load`.
-        InvalidInputError: there is no such format.
+        InvalidInputError: the format is unknown.
     """
     folder = as_path(path, "folder of stored runs")
     check_flags(every=every, recompute=recompute, paper=paper, runs=runs)
@@ -223,13 +223,13 @@ def write_figures(
     Args:
         path: as of `load`.
         out: the new folder, which must not exist, or be empty.
-        recompute: compute every number from the recorded messages instead of reading the stored ones.
+        recompute: compute every number from the recorded messages instead of reading stored figures.
         progress: called with (runs that are read, all runs).
         extensions: as of `load`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        RecordError: there are no runs, or one is damaged.
+        RecordError: the runs are missing or damaged.
         OutputError: the folder exists and is not empty, or cannot be written.
     """
     check_progress(progress)

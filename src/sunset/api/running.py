@@ -60,7 +60,7 @@ def run(
     Args:
         scenario: a scenario's name, a YAML file, faults joined by `+`, or a scenario of `load_scenario`.
         manager: the managing system: a name, `FILE.py:CLASS`, `MODULE:CLASS`, `exec:COMMAND`, a class, or a function
-            that makes it. It runs in a process of its own, which is forked from this one, so that a class of a
+            that makes it. It runs in a process of its own, forked from this process, so that a class of a
             notebook will do.
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
@@ -99,8 +99,8 @@ def bench(
         suite: a suite's name, or a folder of scenario files.
         managers: managing systems, as of `run`: a list, or a dictionary of them by their labels in tables.
         out: the folder of the results.
-        jobs: worker processes, which change no result; one a core if None.
-        executor: does the runs in place of worker processes: any of `concurrent.futures`, such as that of dask or
+        jobs: worker processes, which change no result; a process per core if None.
+        executor: does the runs in place of worker processes: any of `concurrent.futures`, such as dask's or
             mpi4py, also on other computers. It is not shut down.
         scheduler: address of a dask scheduler, whose workers do the runs.
         shard: do a part of the campaign only, as `I/N`, the I-th of N.
@@ -139,12 +139,12 @@ def plan_bench(
         managers: as of `bench`.
         like: the folder of an earlier campaign, from which time and variances are taken. Without it, two trial runs
             are done and timed.
-        jobs: worker processes of the campaign; one a core if None.
+        jobs: worker processes of the campaign; a process per core if None.
         **options: as of `bench`.
 
     Raises:
         InvalidInputError: an argument is not usable.
-        RecordError: there is no such earlier campaign, or it is damaged.
+        RecordError: the earlier campaign is missing or damaged.
     """
     check_progress(_preparing(options))
     with extended(options.get("extensions", ())):
@@ -154,7 +154,7 @@ def plan_bench(
 
 
 def added_runs(suite: str | Path, managers: Managers, **options: Unpack[CampaignOptions]) -> list[str]:
-    """Return how many runs a campaign has besides those of the named managing systems, in words."""
+    """Return in words how many runs are added to the runs of the named managing systems."""
     added = list(count_runs(campaign_of(suite, managers, options)).items())[1:]
     return [f"{counted(number, 'run')} of {name}" for name, number in added]
 
@@ -201,10 +201,10 @@ def agree(
         suite: as of `bench`.
         managers: as of `bench`; by name, since live they are processes of their own.
         out: the folder of the results.
-        jobs: worker processes of the simulation; one a core if None. Live runs take place one at a time.
+        jobs: worker processes of the simulation; a process per core if None. Live runs take turns.
         stored: whether to run nothing and compare the runs in the folder.
-        progress: called with (finished runs, all runs), those of the simulation first.
-        **options: as of `bench`; the rate is that of the live runs, and there is one repetition if none is named.
+        progress: called with (finished runs, all runs), first for the simulation.
+        **options: as of `bench`; `rate` is for the live runs, and `repetitions` is 1 if left out.
 
     Raises:
         SunsetError: as `bench`.

@@ -36,13 +36,13 @@ def write_site(
         path: the folder that `run` or `bench`, or the command line, has written.
         out: the folder, which must not exist, or be empty.
         progress: called with (written pages, all pages).
-        extensions: those of the managed system that the runs were made with.
+        extensions: extensions that the runs were made with.
 
     Returns:
         The first page, `index.html` in the folder.
 
     Raises:
-        RecordError: there is no such folder or run, or a record is damaged or of another version.
+        RecordError: the folder or its runs are missing, damaged or of another version.
         OutputError: the folder cannot be written, or is not empty.
     """
     check_progress(progress)

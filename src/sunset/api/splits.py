@@ -23,7 +23,7 @@ def generate_split(
 
     Args:
         split: `train`, `validation`, `test` or `wild`; they never share a scenario.
-        count: how many scenarios, from 1 to 9999; those of a smaller number are the first of a larger one.
+        count: how many scenarios, from 1 to 9999; a smaller split is the beginning of a larger split.
         out: the folder, which must not exist, or be empty.
         seed: of everything that is drawn.
         flights: whether each scenario has a flight of its own, in place of the default flight.
@@ -34,7 +34,7 @@ def generate_split(
         The content of the folder's `split.json`; `sha256` pins the scenarios.
 
     Raises:
-        InvalidInputError: there is no such split, a number is out of range, or the salt is not usable.
+        InvalidInputError: the split is unknown, a number is out of range, or the salt is not usable.
         OutputError: the folder is not empty, or cannot be written.
     """
     check_flags(flights=flights)
@@ -58,8 +58,8 @@ def check_split(
         The content of the folder's `split.json`.
 
     Raises:
-        ScenarioError: there is no split in the folder, or its scenarios differ from those that are generated.
-        InvalidInputError: the salt is missing, or differs from that of the split.
+        ScenarioError: the folder is not a split, or its scenarios differ from the generated scenarios.
+        InvalidInputError: the salt is missing or wrong.
     """
     place, salt = as_path(folder, "folder of the split"), _salt(salt_file)
     with extended(extensions):

@@ -111,7 +111,7 @@ def view(
 ) -> Path:
     """Write a page that replays a run, or two side by side, as `sunset view` does, and return its file.
 
-    If the record of a simulated run has no images, its commands are played back to make them. The managing system is
+    If the record of a simulated run lacks images, its commands are played back to make them. The managing system is
     not run.
 
     Args:
@@ -122,10 +122,10 @@ def view(
         model: the model, if it is not installed under the record's name.
         bag: the runs' flight, if it is not the default flight.
         progress: called with (stage, steps done, all steps).
-        extensions: those of the managed system that the runs were made with; a `Run` knows its own.
+        extensions: extensions that the runs were made with; a `Run` knows its own.
 
     Raises:
-        SunsetError: there is no such run, it failed, both cannot be compared, or the page cannot be written.
+        SunsetError: a run is missing or failed, both cannot be compared, or the page cannot be written.
     """
     check_progress(progress)
     check_flags(show=show)

@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sys.stderr = sys.stderr or os.fdopen(2, "w", encoding="utf-8")
     arguments = sys.argv[1:] if arguments is None else arguments
     verb = next(iter(arguments), "")
-    if isinstance(sys.stdout, TextIOWrapper):  # some terminals have no arrows
+    if isinstance(sys.stdout, TextIOWrapper):  # some terminals lack arrows
         sys.stdout.reconfigure(errors="replace")
     with started_ahead("sunset.harness.node_process") if verb == "up" else nullcontext():
         return _execute(verb, arguments)

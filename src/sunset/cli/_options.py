@@ -2,26 +2,27 @@
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import Field
 from pathlib import Path
 from types import NoneType
 from typing import Any, Final
 
 import sunset
-from sunset.cli._parser import at_least_one
+from sunset.cli._parser import Container, at_least_one
 
 MODEL: Final = ("model", "bag", "device")
 FLIGHT: Final = (*MODEL, "loop", "duration", "cache")
-RUN: Final = (*FLIGHT, "manager_limit", "manager_env", "task", "thinking")
 LIVE: Final = ("middleware", "rate", "viewers")
 
 
-def add_settings(parser: argparse.ArgumentParser, *names: str, **helps: str) -> None:
-    """Add options of runs by their names in `sunset.Options`; `helps` replaces the help of some."""
+def add_settings(
+    parser: argparse.ArgumentParser, *names: str, without: Collection[str] = (), **helps: str
+) -> None:
+    """Add options of runs by their names in `sunset.Options`, or all but some; `helps` replaces the help of some."""
     from sunset.experiments.settings import OPTIONS  # noqa: PLC0415  slow, and rarely needed
 
-    for name in names:
+    for name in names or [name for name in OPTIONS if name not in without]:
         setting = OPTIONS[name]
         words = {"help": setting.metadata["help"], **setting.metadata["words"]}
         flag = words.pop("flag", f"--{name.replace('_', '-')}")
@@ -109,12 +110,12 @@ def add_format_options(
     )
 
 
-def add_flag(parser: argparse.ArgumentParser, name: str, text: str) -> None:
+def add_flag(parser: Container, name: str, text: str) -> None:
     """Add an option without a value."""
     parser.add_argument(name, action="store_true", help=text)
 
 
-def add_path(parser: argparse.ArgumentParser, name: str, metavar: str, text: str, **words: Any) -> None:
+def add_path(parser: Container, name: str, metavar: str, text: str, **words: Any) -> None:
     """Add an argument that is a path."""
     parser.add_argument(name, type=Path, metavar=metavar, help=text, **words)
 

@@ -13,7 +13,11 @@ EXIT_BAD_INPUT: Final = 2
 _MEANT: Final = {"gpu": "cuda"}
 """Mistyped choice → the choice that is meant, although others are more like it."""
 
-Actions: TypeAlias = "argparse._SubParsersAction[Parser]"  # noqa: SLF001  it has no other name
+Actions: TypeAlias = "argparse._SubParsersAction[Parser]"  # noqa: SLF001  it lacks a public name
+
+
+Container: TypeAlias = argparse._ActionsContainer  # noqa: SLF001  likewise
+"""A parser, or a group of its arguments."""
 
 
 class Verb(NamedTuple):  # not a dataclass, whose module is slow to import
@@ -87,11 +91,11 @@ def split_extensions(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose complaint is one sentence, and which adds its arguments when it is first used.
+    """An argument parser that adds its arguments when it is first used, and complains in a sentence.
 
     Args:
         add: adds the arguments.
-        options: those of `argparse.ArgumentParser`.
+        options: as of `argparse.ArgumentParser`.
     """
 
     def __init__(self, *, add: Callable[["Parser"], None] = lambda _: None, **options: Any) -> None:
@@ -117,7 +121,7 @@ class Parser(argparse.ArgumentParser):
         return [parser for group in groups for parser in group.choices.values()]
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Suggest an option for a mistyped one, in the name of the verb; argparse complains in that of the program."""
+        """Complain of unknown arguments under the verb's name, and suggest a similar option; argparse does neither."""
         self.complete()
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
@@ -131,7 +135,7 @@ class Parser(argparse.ArgumentParser):
         return parsed, unknown
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
-        """Suggest a choice for a mistyped one."""
+        """Suggest the choice that is most like a mistyped choice."""
         if action.choices is not None and value not in action.choices:
             choices = [str(choice) for choice in action.choices]
             hint = suggestion(_MEANT.get(str(value), value), choices)
@@ -140,13 +144,13 @@ class Parser(argparse.ArgumentParser):
             )
 
     def error(self, message: str) -> NoReturn:
-        """Print one sentence and exit with code 2."""
+        """Print the complaint and exit with code 2."""
         text = sentence(message[:1].upper() + message[1:])
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {text}; '{self.prog} --help' lists what is expected.\n")
 
 
 def _joined_faults(words: Sequence[str]) -> str:
-    """Return how faults that stand apart are given as one scenario; empty if some word is not a fault."""
+    """Return how separate faults are joined as a scenario; empty if a word is not a fault."""
     known = {fault.name for fault in sunset.list_faults()}
     faults = [fault for word in words for fault in word.split("+") if fault or not word]
     are_known = all(fault.partition("=")[0] in known for fault in faults)
@@ -179,7 +183,7 @@ def at_least_one(text: str) -> int:
 
 
 def add_module(name: str) -> Callable[[Parser], None]:
-    """Return a function that imports a module beside this one, and adds its arguments and its `execute`, if any."""
+    """Return a function that imports a module of `cli`, and adds its arguments and its `execute`, if any."""
 
     def add(parser: Parser) -> None:
         module = import_module(f"sunset.cli.{name}")

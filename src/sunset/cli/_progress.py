@@ -25,7 +25,7 @@ _SHARE: Final = 1 / 30
 
 
 _drawing = threading.Lock()
-# a process that is forked in the middle of a line would wait for ever for the locks of what writes it
+# a process that is forked while a line is written would wait for its locks for ever
 os.register_at_fork(
     before=_drawing.acquire, after_in_parent=_drawing.release, after_in_child=_drawing.release
 )

@@ -44,7 +44,7 @@ def _plain_message(message: Message, *, arrays: bool, limit: int) -> dict[str, o
 def _plain(kind: FieldType, value: object, *, arrays: bool, limit: int) -> object:
     if isinstance(value, Message):
         return _plain_message(value, arrays=arrays, limit=limit)
-    if isinstance(value, bytes):  # one byte
+    if isinstance(value, bytes):  # a single byte
         return value.decode("latin-1")
     if isinstance(value, str):
         return value if len(value) <= limit else f"{value[:limit]}..."
@@ -128,7 +128,7 @@ def _message(values: object, kind: type[Message], path: str) -> Message:
 
 
 def _value(kind: FieldType, value: object, path: str) -> object:
-    """Return what a field holds; what does not fit stays as it is, for `serialize` to name it."""
+    """Return a field's value; a value that does not fit is returned as it is, for `serialize` to name it."""
     if kind.is_array:
         if not isinstance(value, list) or kind.is_numpy:
             return value

@@ -18,13 +18,13 @@ _REPORT_S = 1.0
 
 
 def topic_echo(arguments: argparse.Namespace) -> None:
-    """Print the messages on a topic until Ctrl-C, or one."""
+    """Print the messages on a topic until Ctrl-C, or a single message."""
     with suppress(KeyboardInterrupt), session(arguments) as graph:
         messages: list[Message] = []
         _subscribe(graph, arguments.topic, messages.append)
         while True:
             graph.spin_once()
-            while messages:  # printed here, since what a callback raises is taken for a fault of the node
+            while messages:  # printed here, since an exception in a callback would be reported as the node's
                 text = message_to_yaml(
                     messages.pop(0), arrays=not arguments.no_arr, whole=arguments.full_length
                 )

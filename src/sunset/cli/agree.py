@@ -6,7 +6,6 @@ import sys
 import sunset
 from sunset.api.results import AGREEMENT_FORMATS, format_agreement
 from sunset.cli._options import (
-    RUN,
     add_campaign_options,
     add_count_option,
     add_flag,
@@ -27,7 +26,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "all runs are there."
     )
     add_campaign_options(parser, suite="artifact", managers="baseline", repetitions=1, runs="pairs")
-    add_settings(parser, *RUN, "rate", rate="seconds of /clock in a second of the live runs")
+    add_settings(
+        parser,
+        without=("middleware", "viewers", "images"),
+        rate="seconds of /clock in a second of the live runs",
+    )
     add_count_option(
         parser,
         "--jobs",

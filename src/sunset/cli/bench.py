@@ -10,8 +10,6 @@ import sunset
 from sunset.api.results import FORMATS
 from sunset.api.running import added_runs
 from sunset.cli._options import (
-    LIVE,
-    RUN,
     add_campaign_options,
     add_count_option,
     add_flag,
@@ -48,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="score",
         help="leave out the runs of none and oracle, without which there is no score",
     )
-    add_settings(parser, *RUN, *LIVE)
+    add_settings(parser)
     _add_work(parser)
     add_path(parser, "--out", "DIR", "folder of the results")
     add_flag(
@@ -60,7 +58,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_path(
         parser, "--like", "DIR", "with --plan: an earlier campaign, from which time and variances are taken"
     )
-    add_settings(parser, "images")
     add_format_options(parser, FORMATS, "how the table is printed")
 
 

@@ -1,4 +1,4 @@
-"""`sunset bundle`: a campaign as one file that others can check."""
+"""`sunset bundle`: a campaign as a file that others can check."""
 
 import argparse
 

@@ -210,7 +210,7 @@ def import_flight(arguments: argparse.Namespace) -> None:
 
 
 def _check_source(arguments: argparse.Namespace) -> None:
-    """Refuse options that the source has no use for."""
+    """Refuse options that the source does not use."""
     (source,) = (name for name in _SOURCES if getattr(arguments, name) is not None)
     for option, unset, sources in _OF_SOURCES:
         if source not in sources and getattr(arguments, option.replace("-", "_")) != unset:
@@ -257,7 +257,7 @@ def _tell(frames: int, out: Path) -> None:
 
 
 def info(arguments: argparse.Namespace) -> None:
-    """Print what a bag or a folder of SynDrone's holds."""
+    """Print the contents of a bag or a folder of SynDrone."""
     if arguments.path is None:
         with rendering_progress() as progress:
             path = default_flight(progress=partial(progress, RENDERING))

@@ -4,7 +4,7 @@ import argparse
 import json
 
 import sunset
-from sunset.cli._options import RUN, add_json_option, add_settings, run_options
+from sunset.cli._options import LIVE, add_json_option, add_settings, run_options
 from sunset.cli._parser import Parser
 from sunset.cli._progress import run_progress
 from sunset.tables import aligned
@@ -32,7 +32,7 @@ def _add_check(parser: Parser) -> None:
     parser.add_argument("manager", help="NAME, FILE.py:CLASS, MODULE:CLASS or exec:COMMAND")
     parser.add_argument("--scenario", default=CHECK_SCENARIO, help="what it is run in")
     parser.add_argument("--seed", type=int, default=1, metavar="N")
-    add_settings(parser, *RUN)
+    add_settings(parser, without=(*LIVE, "images"))
     parser.set_defaults(execute=check)
 
 

@@ -1,4 +1,4 @@
-"""`sunset node`: one node as a process of its own, on DDS."""
+"""`sunset node`: a node as a process of its own, on DDS."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""`sunset report`: the table of stored runs, or the time line of one run."""
+"""`sunset report`: the table of stored runs, or the time line of a run."""
 
 import argparse
 import sys

@@ -138,7 +138,7 @@ def _seconds(text: str) -> float:
 
 
 def _reporting(command: _Command) -> _Command:
-    """Return a command that says in a sentence what does not exist."""
+    """Return a command that reports in a sentence that a name does not exist."""
 
     def execute(arguments: argparse.Namespace) -> int | None:
         try:

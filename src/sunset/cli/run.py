@@ -1,4 +1,4 @@
-"""`sunset run`: run one scenario and measure the adaptation."""
+"""`sunset run`: run a scenario and measure the adaptation."""
 
 import argparse
 import json
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import sunset
 from sunset.api.running import DEFAULT_SCENARIO, keep_last_run
-from sunset.cli._options import LIVE, RUN, add_flag, add_path, add_settings, print_next_steps, run_options
+from sunset.cli._options import add_flag, add_path, add_settings, print_next_steps, run_options
 from sunset.cli._progress import run_progress
 from sunset.errors import OutputError
 from sunset.texts import printable
@@ -35,9 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "start",
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="a whole number from 0 on")
-    add_settings(parser, *RUN, *LIVE)
+    add_settings(parser)
     add_path(parser, "--out", "DIR", "keep the record in this new folder, and not only until the next run")
-    add_settings(parser, "images")
     add_flag(parser, "--json", "print one JSON object on stdout and nothing else")
 
 

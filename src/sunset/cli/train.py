@@ -98,15 +98,13 @@ class _TimeIsUpError(Exception):
     """The training has used the minutes that it may take."""
 
 
-def _until(
-    minutes: float, progress: Callable[..., None], clock: Callable[[], float] = monotonic
-) -> Callable[..., None]:
+def _until(minutes: float, progress: Callable[..., None]) -> Callable[..., None]:
     """Return a function that passes progress on, and raises after so many minutes."""
-    end = clock() + 60 * minutes
+    end = monotonic() + 60 * minutes
 
-    def update(what: str, done: int, total: int, note: str = "") -> None:
-        progress(what, done, total, note)
-        if clock() >= end:
+    def update(stage: str, done: int, total: int, note: str = "") -> None:
+        progress(stage, done, total, note)
+        if monotonic() >= end:
             raise _TimeIsUpError
 
     return update

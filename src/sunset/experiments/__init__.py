@@ -30,8 +30,7 @@ from sunset.experiments.resources import (
 from sunset.experiments.run import run
 from sunset.experiments.settings import OPTIONS, Options, RunTiming, Settings, Timing
 from sunset.experiments.shards import Shard
-from sunset.experiments.spec import CHECK_SCENARIO, DEFAULT_SCENARIO, RunSpec
-from sunset.experiments.stored_faults import scenario_of
+from sunset.experiments.spec import CHECK_SCENARIO, DEFAULT_SCENARIO, RunSpec, scenario_of
 from sunset.recording import count_runs
 
 __all__ = [

@@ -11,8 +11,7 @@ from sunset.errors import RecordError
 from sunset.experiments.resources import Resources, prepare
 from sunset.experiments.run import run_prepared
 from sunset.experiments.settings import STORED, Settings, Timing
-from sunset.experiments.spec import RunSpec
-from sunset.experiments.stored_faults import scenario_of
+from sunset.experiments.spec import RunSpec, scenario_of
 from sunset.flights import FlightSpec
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import MANAGERS, checksum, is_registered
@@ -107,10 +106,10 @@ def play_back(
         into: the folder for a record with the images, which must not exist, or be empty.
         model: as of `run_again`.
         bag: as of `run_again`.
-        wanted: whether it keeps those of a topic; None for all.
+        wanted: whether images of a topic are kept; None for all.
 
     Returns:
-        How many images differ from those of the run.
+        How many images differ from the run's.
 
     Raises:
         RecordError: the run was live, or it failed.

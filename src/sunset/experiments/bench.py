@@ -23,11 +23,10 @@ from sunset.experiments.campaign import (
     plan,
     run_folder,
 )
-from sunset.experiments.campaign_lock import locked_campaign
 from sunset.experiments.campaign_run import run_of_campaign
 from sunset.experiments.cluster import check_executor, run_on_workers
 from sunset.experiments.resources import Resources, prepare_runs, warn_of_walls
-from sunset.experiments.shards import Shard
+from sunset.experiments.shards import Shard, locked_campaign
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.worker import facts_of
 from sunset.managing import is_registered, split_label
@@ -63,7 +62,7 @@ def bench(
     Args:
         spec: the campaign.
         out: the folder of results; it is made if there is none, and must belong to the same campaign.
-        jobs: number of worker processes, which changes no result; if None one a core, or a single one for live runs.
+        jobs: number of worker processes, which changes no result; if None a process per core, or one for live runs.
         executor: does the runs in place of worker processes; it is not shut down.
         shard: the part of the campaign that is run; all if None.
         progress: called with (finished runs, all runs), first with the runs that `out` held already.
@@ -143,7 +142,7 @@ def _is_done(folder: Path) -> bool:
 
 
 def _check_executor(executor: Executor | None, spec: BenchSpec, jobs: int | None) -> None:
-    """Check that an executor, if there is one, can do the runs of a campaign."""
+    """Check that an executor can do the runs of a campaign; None can."""
     if executor is None:
         return
     check_executor(executor)
@@ -162,7 +161,7 @@ def _check_executor(executor: Executor | None, spec: BenchSpec, jobs: int | None
 
 
 def _run_all(todo: Sequence[_Order], jobs: int) -> Iterator[int]:
-    """Do all runs, in so many processes, or in this process if it is one; yield how many are finished, after each."""
+    """Do all runs, in this process for a single job; yield how many are finished, after each."""
     if jobs == 1:
         for count, order in enumerate(todo, 1):
             run_of_campaign(*order)

@@ -35,7 +35,7 @@ _MOST_REPETITIONS: Final = 1000
 class BenchSpec:
     """A campaign.
 
-    Repetition r runs every scenario with seed `seed + r`: all managing systems and all scenarios of one
+    Repetition r runs every scenario with seed `seed + r`: all managing systems and all scenarios of a
     repetition see the same stretch of the flight, so that differences are paired.
     """
 

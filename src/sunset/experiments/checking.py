@@ -40,7 +40,7 @@ class ManagerCheck:
         reason: which rule it broke, so that its runs are invalid; empty if none.
         difference: where the runs begin to differ, in words; empty if they do not.
         sets_reordered: whether sets of texts had another order in the second run. A class that only this process has,
-            such as that of a notebook, cannot be run in another interpreter.
+            such as a class of a notebook, cannot be run in another interpreter.
     """
 
     manager: str

@@ -36,7 +36,7 @@ _KEPT: Final = "what was finished is kept: run the same command again"
 def check_executor(executor: object) -> None:
     """Check that an object is an executor."""
     if not isinstance(executor, Executor):
-        hint = ": its get_executor() returns one" if hasattr(executor, "get_executor") else ""
+        hint = ": it gives one by get_executor()" if hasattr(executor, "get_executor") else ""
         raise InvalidInputError(
             f"The executor must be a concurrent.futures.Executor, got {shown(executor)}{hint}."
         )

@@ -1,4 +1,4 @@
-"""The whole system as processes of the operating system, in one domain of DDS."""
+"""The whole system as processes of the operating system, in a domain of DDS."""
 
 import os
 import time

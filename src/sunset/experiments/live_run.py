@@ -145,7 +145,7 @@ class _Watch(Tap):
         """Whether it has discovered the service that is created last, and therefore all before."""
 
     def on_node(self, process: str, node: str) -> None:
-        # hidden nodes, and those of `ros2 launch` itself
+        # hidden nodes, and nodes of `ros2 launch` itself
         is_tool = base_name(node).startswith(("_", "launch_ros_")) or node in self._viewers
         if node not in current_system().all_nodes and not is_tool:
             self.strangers[node] = None

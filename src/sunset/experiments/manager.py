@@ -45,7 +45,7 @@ def isolate(
         spec: the run.
         function: as of `call_isolated`.
         kept: the open files that it needs.
-        nodes: those whose code may be that of an extension.
+        nodes: nodes whose code may be an extension's.
     """
     try:
         return call_isolated(function, limit_s=spec.settings.manager_limit_s + _STILL_S, kept=kept)

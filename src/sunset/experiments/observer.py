@@ -265,7 +265,7 @@ class Observer(Tap):
             command.reason = "not answered"
 
     def _may_publish(self, node: str, topic: str) -> bool:
-        """Return whether a node may publish on a topic: a managed node only on those of its description."""
+        """Return whether a node may publish on a topic: a managed node only on its description's outputs."""
         if topic in _TOPICS_OF_ALL or topic == f"{node}/transition_event":
             return True
         return topic in self._outputs.get(node, {topic})

@@ -76,10 +76,10 @@ def prepare(spec: RunSpec, *, progress: Stages | None = None) -> Resources:
         progress: called with (stage, frames done, all frames) while the flight is rendered and measured.
 
     Raises:
-        ModelError: there is no such model, it is corrupt, lacks a network, was never calibrated, or a network fails.
-        InvalidInputError: there is no such device, or the flight is not possible.
+        ModelError: the model is missing or corrupt, lacks a network, was never calibrated, or a network fails.
+        InvalidInputError: the device is unknown, or the flight is not possible.
         MissingExtraError: the device needs a package that is not installed.
-        DataError: there is no such bag, it is corrupt, or too short.
+        DataError: the bag is missing, corrupt or too short.
         ScenarioError: no strength of a fault is as severe for the model as the scenario says.
         OutputError: the cache folder cannot be written.
     """

@@ -20,8 +20,7 @@ from sunset.experiments.parameters import known_scenario, manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare_runs, warn_of_walls
 from sunset.experiments.settings import STORED, Settings
 from sunset.experiments.simulated import run_simulated
-from sunset.experiments.spec import RunSpec
-from sunset.experiments.stored_faults import stored_faults
+from sunset.experiments.spec import RunSpec, stored_faults
 from sunset.harness.confined_manager import manager_process
 from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import Command, FaultInjection

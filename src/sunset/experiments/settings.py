@@ -1,4 +1,4 @@
-"""Run settings: types, ranges, defaults and options in one table, from which command line and Python calls are made."""
+"""Run settings: a table of types, ranges, defaults and options, from which command line and Python calls are made."""
 
 from collections.abc import Sequence
 from dataclasses import Field, dataclass, field, fields
@@ -243,7 +243,7 @@ class Options(TypedDict, total=False):
     """Options of every call that runs experiments; each can be left out.
 
     `extensions` extends the managed system until the call returns. `preparing` is called with (stage, frames done,
-    frames in all) while flights are rendered and measured. The other options are those of the command line:
+    all frames) while flights are rendered and measured. The command line has the other options, too:
     """
 
     model: str | Path

@@ -7,8 +7,9 @@ from sunset.errors import InvalidInputError, ScenarioError
 from sunset.experiments.settings import RunTiming, Settings
 from sunset.flights import FlightSpec
 from sunset.managing import EXTERNAL, split_label
+from sunset.recording import RunRecord, StoredFault
 from sunset.rmw.backends import LIVE
-from sunset.scenarios import Scenario, problems, suite_of
+from sunset.scenarios import After, Profile, Scenario, ScenarioFault, problems, suite_of
 from sunset.schemas import check_fields
 from sunset.seeding import check_seed
 from sunset.system import LoadedExtension, load_extension, loaded_extensions
@@ -91,3 +92,31 @@ class RunSpec:
     def suite(self) -> str:
         """The suite that the scenario is of; empty for a user's own scenario."""
         return suite_of(self.scenario)
+
+
+def stored_faults(scenario: Scenario, asked: Scenario) -> list[StoredFault]:
+    """Return the faults of a scenario for a record.
+
+    `asked` is the same scenario with severities in place of the model's strengths.
+    """
+    return [
+        StoredFault(**fault.to_mapping(), severity=wanted.severity)  # type: ignore[arg-type]  # as it checks itself
+        for fault, wanted in zip(scenario.faults, asked.faults, strict=True)
+    ]
+
+
+def scenario_of(run: RunRecord) -> Scenario:
+    """Return the scenario of a stored run."""
+    faults = tuple(
+        ScenarioFault(
+            fault.name,
+            fault.value if fault.severity is None else None,
+            severity=fault.severity,
+            at=fault.at,
+            until=fault.until,
+            profile=Profile(**fault.profile) if fault.profile else Profile(),  # type: ignore[arg-type]  # it checks itself
+            after=After(**fault.after) if fault.after else None,  # type: ignore[arg-type]  # it checks itself
+        )
+        for fault in run.faults
+    )
+    return Scenario(run.scenario, faults, duration=run.duration_s)

@@ -1,7 +1,7 @@
 """A run of a campaign on behalf of another process, which may be on another computer: its record goes back as bytes.
 
 A dask worker has many threads, and forking such a process may deadlock it. So each run is done by a *helper*: a fresh
-process that has loaded only what runs need and does one run at a time.
+process that has loaded only the modules of runs, and does a single run at a time.
 """
 
 import os
@@ -56,7 +56,7 @@ def facts_of(resources: Resources) -> dict[str, str]:
 
 
 def check_same(theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:
-    """Check that the worker's facts equal those of the computer that began the campaign.
+    """Check that the worker and the computer that began the campaign have the same facts.
 
     Both are name → text, such as a version or a checksum.
     """

@@ -63,7 +63,7 @@ def _answer(order: bytes, folder: Path) -> dict[str, bytes] | Exception:
 
 
 def _do(order: Order, folder: Path) -> dict[str, bytes]:
-    """Do a run, if model, flight and managing system are the expected ones; return the files of its record."""
+    """Do a run, if model, flight and managing system are as expected; return the files of its record."""
     spec = order.spec
     if Path(order.folder).is_dir():
         os.chdir(order.folder)

@@ -26,11 +26,11 @@ from sunset.api.running import bench as bench
 from sunset.api.running import check_manager as check_manager
 from sunset.api.running import plan_bench as plan_bench
 from sunset.api.running import run as run
-from sunset.api.site import write_site as write_site
 from sunset.api.splits import check_split as check_split
 from sunset.api.splits import generate_split as generate_split
 from sunset.api.viewing import Run as Run
 from sunset.api.viewing import view as view
+from sunset.api.viewing import write_site as write_site
 from sunset.data import FlightPlan as FlightPlan
 from sunset.errors import SunsetError as SunsetError
 from sunset.experiments import Options as Options

@@ -245,6 +245,8 @@ def _trial_pace(planned: Sequence[RunSpec], jobs: int, preparing: Stages | None)
     if runs[0].settings.live:
         return None
     prepare_runs(runs[:1], preparing)
+    if preparing is not None:
+        preparing("Timing two runs", 0, 0)
     with TemporaryDirectory(prefix="sunset-") as folder:
         begun_s = perf_counter()
         for number, run_spec in enumerate(runs[:2]):

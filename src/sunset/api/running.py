@@ -100,8 +100,7 @@ def bench(
         managers: managing systems, as of `run`: a list, or a dictionary of them by their labels in tables.
         out: the folder of the results.
         jobs: worker processes, which change no result; a process per core if None.
-        executor: does the runs in place of worker processes: any of `concurrent.futures`, such as dask's or
-            mpi4py, also on other computers. It is not shut down.
+        executor: any executor of `concurrent.futures`, which does the runs in place of worker processes.
         scheduler: address of a dask scheduler, whose workers do the runs.
         shard: do a part of the campaign only, as `I/N`, the I-th of N.
         progress: called with (finished runs, all runs).

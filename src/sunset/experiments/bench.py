@@ -23,9 +23,9 @@ from sunset.experiments.campaign import (
     plan,
     run_folder,
 )
-from sunset.experiments.campaign_run import run_of_campaign
 from sunset.experiments.cluster import check_executor, run_on_workers
 from sunset.experiments.resources import Resources, prepare_runs, warn_of_walls
+from sunset.experiments.run import run_of_campaign
 from sunset.experiments.shards import Shard, locked_campaign
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.worker import facts_of
@@ -77,9 +77,8 @@ def bench(
     described = describe_campaign(spec, runs, prepared)
     with locked_campaign(out, shard):
         _claim(out, described)
-        orders = [
-            (run, run_folder(out, run), described.manager_checksums.get(run.manager_name)) for run in wanted
-        ]
+        known = described.manager_checksums.get
+        orders = [(run, run_folder(out, run), known(run.manager_name)) for run in wanted]
         todo = [order for order in orders if not _is_done(order[1])]
         done = len(wanted) - len(todo)
         for count in _counts(todo, executor, prepared, jobs or (1 if spec.settings.live else processors())):

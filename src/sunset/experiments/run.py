@@ -13,11 +13,11 @@ from msgspec import UNSET, UnsetType
 from msgspec.structs import replace
 
 from sunset.confinement import WALLS, missing_walls
-from sunset.errors import ManagerError
+from sunset.errors import ExtensionError, ManagerError, MiddlewareError
 from sunset.experiments.manager import check_name, checksum_and_versions, isolate, manager_checksum
 from sunset.experiments.observer import Observer, shown_topics
 from sunset.experiments.parameters import known_scenario, manager_parameters
-from sunset.experiments.resources import Resources, flight_name, prepare_runs, warn_of_walls
+from sunset.experiments.resources import Resources, flight_name, prepare, prepare_runs, warn_of_walls
 from sunset.experiments.settings import STORED, Settings
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec, stored_faults
@@ -177,6 +177,24 @@ def record_failure(
                 reason=reason.rstrip("."),
             )
         )
+
+
+def run_of_campaign(spec: RunSpec, folder: Path, known: str | None) -> None:
+    """Load the extensions and prepare the resources of a run, and do it as `record_run`."""
+    spec.load_extensions()
+    record_run(spec, prepare(spec), folder, known)
+
+
+def record_run(spec: RunSpec, resources: Resources, folder: Path, known: str | None) -> None:
+    """Do a run; if its managing system, or a node of an extension, fails, write a record of the failure."""
+    try:
+        run_prepared(spec, resources, folder, known=known)
+    except (ManagerError, MiddlewareError, ExtensionError) as error:
+        # in the simulation, only code of the user can have misused the middleware
+        ours = spec.manager in MANAGERS or (spec.settings.live and isinstance(error, MiddlewareError))
+        if ours and not isinstance(error, ExtensionError):
+            raise
+        record_failure(spec, resources, folder, manager_checksum=known or "", reason=str(error))
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from select import poll
 from typing import Final
 
 from sunset.errors import SunsetError
-from sunset.experiments.campaign_run import record_run
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare
+from sunset.experiments.run import record_run
 from sunset.experiments.settings import Settings
 from sunset.experiments.worker import Order, check_same, facts_of
 from sunset.isolation import UnexpectedError

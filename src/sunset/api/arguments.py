@@ -133,32 +133,25 @@ def names_of(names: str | Sequence[str], kind: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in listed if name.strip())
 
 
-def chosen_scenarios(names: str | tuple[str, ...] | list[str]) -> tuple[str, ...]:
-    """Return the names of some scenarios of a suite; an empty tuple stands for the whole suite.
+def chosen_names(
+    names: str | Path | tuple[str | Path, ...] | list[str | Path], kind: str, *, values: str, default: str
+) -> tuple[str, ...]:
+    """Return names or paths of a kind as texts; an empty tuple stands for the default.
 
     Raises:
-        InvalidInputError: they are not names, or an empty text, which is less than the whole suite.
+        InvalidInputError: they are neither, or an empty text, which is less than the default.
     """
-    chosen = names_of(names, "scenarios")
+    listed: Any = [names] if isinstance(names, Path) else names
+    if isinstance(listed, list | tuple):  # a path may have commas in it
+        listed = [str(name) if isinstance(name, Path) else name for name in listed]
+    chosen = names_of(listed, kind)
     if not chosen and names not in ((), []):
         raise InvalidInputError(
-            f"The scenarios must be names of the suite's, got {shown(names)}; leave them out for all."
+            f"The {kind} must be {values}, got {shown(names)}; leave them out for {default}."
         )
     return chosen
 
 
 def chosen_flights(names: str | Path | tuple[str | Path, ...] | list[str | Path]) -> tuple[str, ...]:
-    """Return the flights of a campaign; an empty tuple stands for each scenario's own flight.
-
-    Raises:
-        InvalidInputError: they are neither names nor bags, or an empty text.
-    """
-    listed: Any = [names] if isinstance(names, Path) else names
-    if isinstance(listed, list | tuple):  # a path may have commas in it
-        listed = [str(name) if isinstance(name, Path) else name for name in listed]
-    chosen = names_of(listed, "flights")
-    if not chosen and names not in ((), []):
-        raise InvalidInputError(
-            f"The flights must be names or bags, got {shown(names)}; leave them out for each scenario's own."
-        )
-    return chosen
+    """Return the flights of a campaign; an empty tuple stands for each scenario's own flight."""
+    return chosen_names(names, "flights", values="names or bags", default="each scenario's own")

@@ -8,7 +8,7 @@ from sunset.api.arguments import (
     as_path,
     check_names,
     chosen_flights,
-    chosen_scenarios,
+    chosen_names,
     names_of,
     number_of,
     whole_of,
@@ -101,7 +101,9 @@ def campaign_of(suite: str | Path, managers: Managers, options: Mapping[str, Any
     _check_named(managers, settings)
     return BenchSpec(
         suite=str(suite) if isinstance(suite, Path) else suite,
-        scenarios=chosen_scenarios(own.pop("scenarios", ())),
+        scenarios=chosen_names(
+            own.pop("scenarios", ()), "scenarios", values="names of the suite's", default="all"
+        ),
         managers=_manager_names(managers),
         flights=chosen_flights(own.pop("flights", ())),
         settings=settings,

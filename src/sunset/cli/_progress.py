@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stdout
 from datetime import timedelta
+from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING, Final
 
@@ -161,15 +162,12 @@ def rendering_stages(stage: Callable[..., None]) -> Callable[[str, int, int], No
 
 
 @contextmanager
-def run_progress(text: str) -> Iterator[tuple[Callable[[str, int, int], None], Callable[..., None]]]:
-    """Give the progress of preparing runs and then of the runs, the stage `text`; output of runs goes to stderr."""
+def run_progress(
+    text: str, campaigns: int = 1
+) -> "Iterator[tuple[Callable[[str, int, int], None], RunCounter]]":
+    """Give the progress of preparing runs and of the runs, the stage `text`; output of runs goes to stderr."""
     with redirect_stdout(sys.stderr), stages_progress() as stage:
-        preparing = rendering_stages(stage)
-
-        def update(done: int, total: int) -> None:
-            stage(text, done, total)
-
-        yield preparing, update
+        yield rendering_stages(stage), RunCounter(partial(stage, text), campaigns)
 
 
 @contextmanager
@@ -190,14 +188,9 @@ def stages_progress() -> Iterator[Callable[..., None]]:
 
 
 class RunCounter:
-    """Passes the progress of campaigns on, and counts the runs that they do.
+    """Passes the progress of campaigns on and counts their runs; each begins with the number of stored runs."""
 
-    Args:
-        update: called with (finished runs, all runs).
-        campaigns: how many there are, each of which begins with the number of runs that it found.
-    """
-
-    def __init__(self, update: Callable[..., None], campaigns: int = 1) -> None:
+    def __init__(self, update: Callable[[int, int], None], campaigns: int) -> None:
         self._update = update
         self._calls = -campaigns
         self._total = 0

@@ -85,8 +85,8 @@ class Session:
 
     def endpoints(self, name: str | None = None, kinds: Sequence[EndpointKind] = ()) -> list[EndpointInfo]:
         """Return the endpoints of a topic or service, or of the whole graph, of all or some kinds."""
-        found = self._middleware.endpoints(name)
-        return [info for info in found if not kinds or info.kind in kinds]
+        infos = self._middleware.endpoints(name)
+        return [info for info in infos if not kinds or info.kind in kinds]
 
     def names_and_types(self, *kinds: EndpointKind, node: str = "") -> dict[str, list[str]]:
         """Return name → types of the endpoints of some kinds, of a node or of the whole graph, sorted."""
@@ -118,16 +118,16 @@ class Session:
             look: returns the object, or a false value.
             complaint: the message of the error.
         """
-        found: list[T] = []
+        results: list[T] = []
 
         def seen() -> bool:
             self._check_signals()
-            found[:] = [look()]
-            return bool(found[0])
+            results[:] = [look()]
+            return bool(results[0])
 
         if not self._middleware.wait_for(seen, round(self._timeout_s * 1e9)):
             raise NotThereError(complaint)
-        return found[0]
+        return results[0]
 
     def find_node(self, name: str) -> str:
         """Return the full name of a node that is there."""

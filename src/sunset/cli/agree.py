@@ -14,7 +14,7 @@ from sunset.cli._options import (
     add_settings,
     campaign_options,
 )
-from sunset.cli._progress import RunCounter, run_progress
+from sunset.cli._progress import run_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,8 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> None:
     """Run the missing runs, and print the report."""
-    with run_progress("Comparing" if arguments.stored else "Running pairs") as (preparing, update):
-        counter = RunCounter(update, campaigns=2)
+    stage = "Comparing" if arguments.stored else "Running pairs"
+    with run_progress(stage, campaigns=2) as (preparing, counter):
         agreements = sunset.agree(
             arguments.suite,
             arguments.managers,

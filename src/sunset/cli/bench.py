@@ -19,7 +19,7 @@ from sunset.cli._options import (
     campaign_options,
     print_next_steps,
 )
-from sunset.cli._progress import RunCounter, run_progress
+from sunset.cli._progress import run_progress
 from sunset.cli.report import print_table
 from sunset.errors import InvalidInputError
 from sunset.texts import printable
@@ -87,8 +87,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise InvalidInputError("The results need a folder: name one with --out DIR.")
     added = added_runs(arguments.suite, arguments.managers, **options)
     title = f"Running the campaign with {', and '.join(added)}" if added else "Running the campaign"
-    with run_progress(title) as (preparing, update):
-        counter = RunCounter(update)
+    with run_progress(title) as (preparing, counter):
         results = sunset.bench(
             arguments.suite,
             arguments.managers,

@@ -9,19 +9,16 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from sunset.api.live import (
-    EXTERNAL,
-    MANAGERS,
-    LiveSystem,
-    NodeStatus,
-    Operator,
-    live_middleware,
-    operated_system,
-    prepare_system,
-)
+from sunset.api.options import run_spec_of
 from sunset.cli._options import MODEL, add_settings, run_options
 from sunset.cli._progress import rendering_progress
 from sunset.cli.node import add_network_options
+from sunset.experiments import manager_checksum, prepare_runs, warn_of_walls
+from sunset.experiments.live import LiveSystem
+from sunset.harness.operator import NodeStatus, Operator
+from sunset.managing import EXTERNAL, MANAGERS
+from sunset.rmw.backends import LIVE, live_middleware
+from sunset.scenarios import Scenario
 
 _REFRESH_S: Final = 0.5
 
@@ -55,22 +52,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> None:
     """Run the system until a signal comes."""
+    options = {"middleware": LIVE, **run_options(arguments)}
+    spec = run_spec_of(arguments.scenario or Scenario("none"), arguments.manager, 1, options)
+    if spec.manager != EXTERNAL:
+        manager_checksum(spec.manager, spec.settings)  # a mistake in it is reported at once
     with rendering_progress() as progress:
-        prepared = prepare_system(
-            arguments.scenario, arguments.manager, preparing=progress, **run_options(arguments)
-        )
+        (resources,) = prepare_runs([spec], progress)
+    warn_of_walls([spec])
     console = Console(highlight=False, markup=False)
     with (
         suppress(KeyboardInterrupt),
-        operated_system(
-            *prepared,
+        LiveSystem(
+            spec,
+            resources,
             arguments.domain_id,
             network=arguments.network,
             distro=arguments.ros_distro,
+            loop=True,
             autostart=arguments.autostart,
             on_line=lambda node, line: console.print(f"[{node}] {line}", soft_wrap=True),
-        ) as (system, operator),
+        ) as system,
     ):
+        operator = Operator(
+            inject=bool(spec.scenario.faults),
+            warm_up_s=spec.timing.warm_up_s,
+            invites=spec.manager == EXTERNAL,
+            context=system.context,
+        )
+        system.executor.add_node(operator)
         console.print(_how_to_connect(system.domain_id, network=arguments.network), soft_wrap=True)
         try:
             _show(console, system, operator)

@@ -6,11 +6,9 @@ from sunset.experiments.campaign import (
     BenchSpec,
     added_managers,
     campaign_managers,
-    flights_of,
     in_turn,
     plan,
     run_folder,
-    scenarios_checksum,
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.cluster import connected_scheduler
@@ -18,12 +16,10 @@ from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import (
     Resources,
-    flight_name,
     inference_file,
     missing_networks,
     model_checksum,
     prepare,
-    prepare_all,
     prepare_runs,
     warn_of_walls,
 )
@@ -52,8 +48,6 @@ __all__ = [
     "check_manager",
     "connected_scheduler",
     "count_runs",
-    "flight_name",
-    "flights_of",
     "in_turn",
     "inference_file",
     "keep_last_run",
@@ -64,12 +58,10 @@ __all__ = [
     "plan",
     "play_back",
     "prepare",
-    "prepare_all",
     "prepare_runs",
     "run",
     "run_again",
     "run_folder",
     "scenario_of",
-    "scenarios_checksum",
     "warn_of_walls",
 ]

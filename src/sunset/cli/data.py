@@ -171,7 +171,7 @@ def render(arguments: argparse.Namespace) -> None:
         folder = sunset.render_flight(
             arguments.out, plan, jobs=arguments.jobs, progress=partial(stage, RENDERING)
         )
-    _tell(plan.frames, folder)
+    _print_place(plan.frames, folder)
 
 
 def import_flight(arguments: argparse.Namespace) -> None:
@@ -247,12 +247,12 @@ def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], reading
                 progress(done, len(stamps_ns))
 
         write_bag(out, counted(), stamps_ns)
-    _tell(len(stamps_ns), out)
+    _print_place(len(stamps_ns), out)
     for sentence in (reading, *(evidence.doubts() if reading == SYNDRONE else ())):
         print(sentence, file=sys.stderr)
 
 
-def _tell(frames: int, out: Path) -> None:
+def _print_place(frames: int, out: Path) -> None:
     print(f"The flight of {frames} frames is in {out}.", file=sys.stderr)
 
 

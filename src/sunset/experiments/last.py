@@ -23,7 +23,7 @@ def last_run() -> Path:
 def keep_last_run(record: Path) -> Path:
     """Move a record to `last_run`, in place of the earlier record, and return its folder.
 
-    If two processes do so at the same time, either record is kept.
+    If two processes do so at the same time, the record of the later process is kept.
     """
     home = last_run()
     try:

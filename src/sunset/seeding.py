@@ -1,11 +1,13 @@
 """Random generators: all generators of the project are made here."""
 
 import hashlib
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from sunset.errors import InvalidInputError
 from sunset.texts import shown
+
+if TYPE_CHECKING:
+    import numpy as np
 
 MAX_SEED = 2**32 - 1
 """The largest seed; the smallest is 0."""
@@ -18,7 +20,7 @@ def check_seed(seed: int) -> int:
     return seed
 
 
-def generator(seed: int, *path: str | int) -> np.random.Generator:
+def generator(seed: int, *path: str | int) -> "np.random.Generator":
     """Return a random generator for a purpose, statistically independent of the generators of other paths.
 
     The same seed and path give the same stream in any process, on any platform.
@@ -31,6 +33,8 @@ def generator(seed: int, *path: str | int) -> np.random.Generator:
     >>> bool(a.integers(1000) == b.integers(1000))
     True
     """
+    import numpy as np  # noqa: PLC0415  slow, and not needed to list scenarios
+
     text = "/".join([str(check_seed(seed)), *(f"{type(part).__name__}:{part}" for part in path)])
     words = np.frombuffer(hashlib.sha256(text.encode()).digest(), dtype=np.uint32)
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence([int(word) for word in words])))

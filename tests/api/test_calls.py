@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import sunset
-from sunset.api import Manager
+from sunset.api.options import Manager
 from sunset.cli import main
 from sunset.errors import InvalidInputError, MissingExtraError, RecordError
 from sunset.evaluation import Cluster, Difference, PairedComparison
@@ -195,7 +195,7 @@ def test_an_agreement_without_the_live_extra_runs_nothing(
     def missing() -> None:
         raise MissingExtraError("The live middleware needs cyclonedds.")
 
-    monkeypatch.setattr("sunset.api.agreeing.live_middleware", missing)
+    monkeypatch.setattr("sunset.api.running.live_middleware", missing)
 
     with pytest.raises(MissingExtraError, match="needs cyclonedds"):
         sunset.agree("nofault", "none", out=tmp_path / "out")
@@ -245,11 +245,13 @@ def test_to_import_sunset_loads_nothing_else() -> None:
 
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
-    assert done.stdout.startswith("[] ['FlightPlan', 'ManagingSystem', 'Options', 'Results', 'Run'")
+    assert done.stdout.startswith(
+        "[] ['CampaignOptions', 'FlightPlan', 'ManagingSystem', 'Options', 'Results', 'Run'"
+    )
 
 
 def test_every_name_is_there() -> None:
-    for name in sunset.__all__:
+    for name in dir(sunset):
         assert getattr(sunset, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'rnu'"):
         getattr(sunset, "rnu")  # noqa: B009  mypy knows that there is none

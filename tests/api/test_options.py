@@ -2,7 +2,7 @@
 
 import pytest
 
-from sunset.api.options import names_of
+from sunset.api.arguments import names_of
 
 
 @pytest.mark.parametrize(

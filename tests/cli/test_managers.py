@@ -133,7 +133,10 @@ def test_a_campaign_says_what_it_consists_of_and_a_report_that_it_is_not_finishe
     command = ["bench", "--suite", "nofault", "--managers", "none", "--repetitions", "1", "--duration", "1"]
     assert main([*command, "--out", str(out)]) == 0
     errors = capsys.readouterr().err
-    assert "Running the campaign with 9 reference runs and 1 run of oracle for the score: 11 of 11" in errors
+    assert (
+        "Running the campaign with 1 run of oracle, for the score, and 9 runs of the paper's reference rows: 11 of 11"
+        in errors
+    )
     assert f"Next:\n  sunset report {out} --site site" in errors
     assert main(["report", str(out)]) == 0
     assert "is not finished" not in capsys.readouterr().out

@@ -61,7 +61,11 @@ def test_a_campaign_in_which_a_managing_system_always_fails_ends_with_1(
 
 @pytest.mark.parametrize("landlock", [True, False])
 def test_a_missing_wall_is_said_by_the_run_its_record_and_its_report(
-    landlock: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    landlock: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     mine, out = tmp_path / "mine.py", tmp_path / "run"
     mine.write_text(LOUD, encoding="utf-8")
@@ -70,7 +74,8 @@ def test_a_missing_wall_is_said_by_the_run_its_record_and_its_report(
     missing = list(missing_walls())
 
     assert main(["run", "nofault", "--manager", f"{mine}:Mine", "--duration", "1", "--out", str(out)]) == 0
-    warned = "Managing systems run without Landlock on this system" in capsys.readouterr().err
+    warned = "Managing systems run without Landlock on this system" in caplog.text
+    capsys.readouterr()
     assert main(["report", str(out), "--format", "table"]) == 0
     noted = "1 run took place without Landlock" in capsys.readouterr().out
 

@@ -45,6 +45,15 @@ def test_a_verb_imports_no_other(words: list[str]) -> None:
     assert {name for name in VERBS if f"sunset.cli.{name}" in modules} == {words[0]}
 
 
+@pytest.mark.parametrize("verb", ["faults", "scenarios"])
+def test_a_list_imports_few_modules_and_no_slow_package(verb: str) -> None:
+    modules = imported(f"from sunset.cli import main; main(['{verb}', 'list'])")
+
+    assert f"sunset.cli.{verb}" in modules
+    assert modules & (SLOW - {"rich", "yaml"}) == set()
+    assert len([name for name in modules if name.startswith("sunset")]) < 120
+
+
 def test_showing_a_model_imports_nothing_that_trains() -> None:
     modules = imported("from sunset.cli import main; main(['models', 'show', 'lite'])")
 

@@ -4,7 +4,6 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
-from sunset.cli.train import _TimeIsUpError, _until
 from sunset.perception import Model, load_model
 from sunset.training import TrainingConfig
 
@@ -41,25 +40,21 @@ def test_a_training_that_cannot_end_well_is_refused(
     assert expected in complaint(["train", "--out", "model", option, value])
 
 
-def test_a_training_ends_when_its_time_is_over() -> None:
-    steps: list[int] = []
-    times = iter((0.0, 59.0, 60.0))
-    update = _until(1, lambda _, done, *__: steps.append(done), lambda: next(times))
-    update("rgb", 1, 400)
-    with pytest.raises(_TimeIsUpError):
-        update("rgb", 2, 400)
-    assert steps == [1, 2]
-
-
 def test_a_training_that_is_stopped_by_its_time_says_how_it_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def training(*_: object, progress: Callable[..., None], **__: object) -> None:
-        progress("rgb", 1, 2)
+    steps = []
+    times = iter((0.0, 9 * 60 - 1.0, 9 * 60.0))
 
-    monkeypatch.setattr("sunset.cli.train.train_model", training)
-    monkeypatch.setattr("sunset.cli.train._until", lambda _, progress: _until(0, progress))
+    def training(*_: object, progress: Callable[..., None], **__: object) -> None:
+        for step in range(1, 400):
+            steps.append(step)
+            progress("rgb", step, 400)
+
+    monkeypatch.setattr("sunset.training.train", training)
+    monkeypatch.setattr("sunset.cli.train.monotonic", lambda: next(times))
     assert main(["train", "--out", str(tmp_path / "model"), "--minutes", "9"]) == 1
+    assert steps == [1, 2]
     assert (
         "The 9 min are over; the same command with --resume continues the training."
         in capsys.readouterr().err

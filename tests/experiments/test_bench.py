@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 from tests.experiments.campaigns import RUNS, bench_command, content_of
 
-from sunset.api import generate_split
+from sunset import generate_split
 from sunset.data import read_bag, write_bag
 from sunset.errors import InvalidInputError, OutputError, RecordError
 from sunset.evaluation import load_results, render_report
 from sunset.experiments import BenchSpec, Settings, Timing, bench, in_turn, plan, run_folder
-from sunset.experiments.campaign_lock import locked_campaign
+from sunset.experiments.shards import locked_campaign
 from sunset.recording import read_run
 from sunset.scenarios import Scenario
 from sunset.system import extended_system

@@ -1,12 +1,13 @@
 """Whose failure a run of a campaign is."""
 
+import sys
 from pathlib import Path
 
 import pytest
 
 from sunset.errors import ManagerError, OutputError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, prepare
-from sunset.experiments.campaign_run import record_run
+from sunset.experiments.run import record_run
 from sunset.recording import read_run
 from sunset.scenarios import load_scenario
 
@@ -19,7 +20,7 @@ def failing(monkeypatch: pytest.MonkeyPatch, error: SunsetError) -> None:
     def run(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("sunset.experiments.campaign_run.run_prepared", run)
+    monkeypatch.setattr(sys.modules["sunset.experiments.run"], "run_prepared", run)
 
 
 @pytest.fixture

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from sunset.experiments import RunTiming
 from sunset.experiments.live_run import FrameCount, slowness
-from sunset.experiments.spec import RunTiming
 from sunset.interfaces.builtin_interfaces.msg import Time
 from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image

@@ -1,13 +1,21 @@
-"""Campaigns for others: packed into one file, and checked."""
+"""Bundles: campaigns packed into a file, and checked."""
 
 import secrets
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from sunset import bundling
-from sunset.api.options import Extensions, as_path, check_flags, check_progress, extended, whole_of
+from sunset.api.arguments import (
+    Extensions,
+    as_path,
+    check_flags,
+    check_progress,
+    extended,
+    optional_path,
+    whole_of,
+)
 from sunset.bundling import Bundle, Rerun, Verification
 from sunset.errors import InvalidInputError
 from sunset.processes.workers import Progress
@@ -28,43 +36,43 @@ def bundle(
     extensions: Extensions = (),
     progress: Progress | None = None,
 ) -> Bundle:
-    """Pack a finished campaign into one zip file that others can check, as `sunset bundle` does.
+    """Pack a finished campaign into a zip file that others can check, as `sunset bundle` does.
 
     The same campaign, arguments and date give the same bytes.
 
     Args:
-        folder: what `bench` has written.
+        folder: the campaign.
         out: the file, which must not exist.
-        title: of the bundle; one made of the campaign's plan if empty.
-        authors: a name each, with an ORCID behind it if there is one; anonymous if there are none.
+        title: of the bundle; derived from the campaign's plan if empty.
+        authors: a name each, followed by an ORCID if known; anonymous if empty.
         licence: under which others may use it, as SPDX calls it, such as `CC-BY-4.0`, or its address; none if empty.
         date: the day of publication, as `2026-03-14`; today if None.
-        extensions: those of the managed system that the campaign was run with.
-        progress: called with (runs that are checked, runs in all).
+        extensions: extensions that the campaign was run with.
+        progress: called with (checked runs, all runs).
 
     Raises:
-        RecordError: the folder holds no campaign, an unfinished one, or one that was changed.
-        InvalidInputError: another argument is not usable.
-        ManagerError: a managing system, whose source is needed, cannot be loaded.
-        OutputError: the file exists, or cannot be written.
+        SunsetError: the folder holds no campaign, or it is not finished or was changed, a managing system cannot be
+            loaded, another argument is not usable, or the file exists or cannot be written.
     """
     check_progress(progress)
+    _check_texts(title, licence, authors)
+    source, file = as_path(folder, "folder of the campaign"), as_path(out, "bundle")
+    metadata: dict[str, Any] = {"title": title, "authors": authors, "licence": licence}
+    with extended(extensions):
+        published = _today() if date is None else date
+        return bundling.bundle(source, file, published=published, progress=progress, **metadata)
+
+
+def _check_texts(title: object, licence: object, authors: object) -> None:
     for name, text in (("title", title), ("licence", licence)):
         if not isinstance(text, str):
             raise InvalidInputError(f"The {name} must be a text, got {shown(text)}.")
     if not isinstance(authors, list | tuple):
         raise InvalidInputError(f"The authors must be a list of names, got {shown(authors)}.")
-    today = datetime.now(tz=UTC).date().isoformat()  # noqa: TID251  the day of publication is no result
-    with extended(extensions):
-        return bundling.bundle(
-            as_path(folder, "folder of the campaign"),
-            as_path(out, "bundle"),
-            published=today if date is None else date,
-            title=title,
-            authors=authors,
-            licence=licence,
-            progress=progress,
-        )
+
+
+def _today() -> str:
+    return datetime.now(tz=UTC).date().isoformat()  # noqa: TID251  the day of publication is not a result
 
 
 def verify(
@@ -77,18 +85,18 @@ def verify(
     bag: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Verification:
-    """Check what `bundle` has written, as `sunset verify` does: every figure, and some runs by running them again.
+    """Check a bundle, as `sunset verify` does: every figure, and some runs by running them again.
 
     Nothing in the bundle is executed, unless it is trusted.
 
     Args:
         path: of the file.
         run_again: how many runs are run again, chosen at random among those that can be.
-        seed: of the choice; another one each time if None, so that nobody knows beforehand which ones it will be.
+        seed: of the choice; drawn at random if None, so that the choice is not known beforehand.
         trust: whether the bundle's own managing systems and extensions, which are programs, may run.
-        model: the folder of the campaign's model, where it is not one that is installed.
-        bag: the campaign's bag, where it is not the default flight.
-        progress: called with (runs that are computed or run again, such runs in all).
+        model: the folder of the campaign's model, if it is not installed.
+        bag: the campaign's bag, if it is not the default flight.
+        progress: called with (runs that are computed or run again, all such runs).
 
     Raises:
         RecordError: it is not a bundle, is of another version, or is not fit to be opened.
@@ -101,11 +109,7 @@ def verify(
         raise InvalidInputError(
             f"The number of runs to run again must be at least 0, got {shown(run_again)}."
         )
-    rerun = Rerun(
-        number=number,
-        seed=secrets.randbelow(_SEEDS) if seed is None else check_seed(whole_of(seed)),
-        trust=trust,
-        model=None if model is None else str(as_path(model, "model")),
-        bag=None if bag is None else as_path(bag, "bag"),
-    )
+    chosen_seed = secrets.randbelow(_SEEDS) if seed is None else check_seed(whole_of(seed))
+    folder = None if model is None else str(as_path(model, "model"))
+    rerun = Rerun(number=number, seed=chosen_seed, trust=trust, model=folder, bag=optional_path(bag, "bag"))
     return bundling.verify(as_path(path, "bundle"), rerun, progress=progress)

@@ -1,26 +1,55 @@
-"""The runs below a folder, as what is asked of them."""
+"""Stored runs: opened, reported and drawn."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Union
 
+from sunset import evaluation
+from sunset.api.arguments import Extensions, as_path, check_flags, check_progress, extended
 from sunset.dataframes import data_frame
+from sunset.errors import RecordError
 from sunset.evaluation import (
+    AGREEMENT_FORMATS,
+    FORMATS,
+    RUNS_FORMATS,
     PairedComparison,
     RunRow,
     ScoreTable,
     SystemRow,
+    WrittenFigures,
     compare_managers,
+    format_agreement,
     format_runs,
+    load_results,
+    render_report,
+    render_runs,
     run_fields,
     score_tables,
     summarise,
 )
+from sunset.recording import RUN_FILE, count_runs, read_stored_run
+from sunset.processes.workers import Progress
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+    from sunset.api.viewing import Run
+
+__all__ = [
+    "AGREEMENT_FORMATS",
+    "FORMATS",
+    "RUNS_FORMATS",
+    "Results",
+    "format_agreement",
+    "is_run",
+    "load",
+    "print_story",
+    "report",
+    "unfinished_remark",
+    "write_figures",
+]
 
 
 @dataclass(frozen=True)
@@ -29,7 +58,7 @@ class Results:
 
     Attributes:
         folder: where they are.
-        runs: one each, those that do not count included.
+        runs: a row for each run, including invalid runs.
     """
 
     folder: Path
@@ -37,13 +66,21 @@ class Results:
 
     @cached_property
     def rows(self) -> list[SystemRow]:
-        """The rows of the table: one a managing system and suite."""
+        """The rows of the table, by managing system and suite."""
         return summarise(self.runs)
 
     @cached_property
     def scores(self) -> list[ScoreTable]:
-        """The scores, and how managing systems differ: a table a suite of which several were run."""
+        """The scores, and the differences between managing systems: a table for each suite with several of them."""
         return score_tables(self.runs)
+
+    @property
+    def failing_managers(self) -> dict[str, str]:
+        """The managing systems that failed in each of their runs: name → the first failure."""
+        failures: dict[str, list[str]] = {}
+        for run in self.runs:
+            failures.setdefault(run.manager, []).append(run.failed)
+        return {name: reasons[0] for name, reasons in failures.items() if all(reasons)}
 
     def table(self, form: str = "table", *, every: bool = False) -> str:
         """Return the report, as `sunset report` prints it.
@@ -53,7 +90,7 @@ class Results:
             every: whether a table or LaTeX has every figure, and not the first page only.
 
         Raises:
-            InvalidInputError: there is no such format.
+            InvalidInputError: the format is unknown.
         """
         return format_runs(self.runs, form, every=every)
 
@@ -61,12 +98,12 @@ class Results:
         """Compare two managing systems in the runs that both have: the same scenario, seed, model and flight.
 
         Raises:
-            InvalidInputError: there is no such managing system, both are the same, or they have no run in common.
+            InvalidInputError: a managing system is unknown, both are the same, or they lack a common run.
         """
         return compare_managers(self.runs, first, second)
 
     def to_frame(self) -> "DataFrame":
-        """Return one row a run, as a data frame of pandas, with the columns of `sunset report --runs`.
+        """Return a data frame of pandas with a row for each run, with the columns of `sunset report --runs`.
 
         Raises:
             MissingExtraError: pandas is not installed.
@@ -74,6 +111,133 @@ class Results:
         return data_frame(run_fields(run, self.folder) for run in self.runs)
 
     def __repr__(self) -> str:
-        """Return how many runs of which managing systems there are, and where."""
+        """Return the number of runs, their managing systems and their folder."""
         managers = ", ".join(dict.fromkeys(run.manager for run in self.runs))
         return f"<{len(self.runs)} runs of {managers} in {self.folder}>"
+
+
+def is_run(folder: Path) -> bool:
+    """Return whether a folder is the record of a single run."""
+    return (folder / RUN_FILE).is_file()
+
+
+def print_story(folder: Path) -> None:
+    """Print the time line of a single run, in colour on a terminal."""
+    read_stored_run(folder).print_story()
+
+
+def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = ()) -> Union["Run", Results]:
+    """Open stored runs: of the folder of a single run, that run; of a folder with several, their results.
+
+    Args:
+        path: the folder that `run` or `bench`, or the command line, has written.
+        recompute: compute the figures of several runs from the recorded messages instead of reading stored figures.
+        extensions: extensions that the runs were made with, where figures are computed.
+
+    Raises:
+        RecordError: the folder or its runs are missing, damaged or of another version.
+    """
+    folder = as_path(path, "folder of stored runs")
+    if folder.is_file():
+        raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
+    check_flags(recompute=recompute)
+    with extended(extensions):
+        if is_run(folder):
+            from sunset.api.viewing import Run  # noqa: PLC0415  slow, and not needed for reports
+
+            return Run.of(read_stored_run(folder), extensions=extensions)
+        return Results(folder, load_results(folder, again=recompute))
+
+
+def report(
+    path: str | Path,
+    form: str | None = None,
+    *,
+    every: bool = False,
+    recompute: bool = False,
+    paper: bool = False,
+    runs: bool = False,
+    progress: Progress | None = None,
+    extensions: Extensions = (),
+) -> str:
+    """Return the report of stored runs, as `sunset report` prints it.
+
+    Args:
+        path: as of `load`; with `paper`, also a log of the published exemplar, or a folder of logs.
+        form: `table`, `latex`, `csv`, `json` or `html`; of `runs`, `csv` or `json`. If it is None, the first of them,
+            but the time line for the folder of a single run.
+        every: whether a table or LaTeX has every figure, and not the first page only.
+        recompute: as of `load`; of a table.
+        paper: whether to return the paper's five figures by the published evaluation script instead, as `table`,
+            `latex`, `html` or `json`.
+        runs: whether to return a row for each run instead.
+        progress: called with (runs that are read, all runs).
+        extensions: as of `load`.
+
+    Raises:
+        RecordError: as `load`.
+        InvalidInputError: the format is unknown.
+    """
+    folder = as_path(path, "folder of stored runs")
+    check_flags(every=every, recompute=recompute, paper=paper, runs=runs)
+    check_progress(progress)
+    with extended(extensions):
+        if paper:
+            return _paper_report(folder, form or FORMATS[0], progress)
+        if runs:
+            return render_runs(folder, form or RUNS_FORMATS[0], recompute=recompute, progress=progress)
+        if form is None and not (every or recompute) and is_run(folder):
+            return f"{read_stored_run(folder)}\n"
+        return render_report(folder, form or FORMATS[0], every=every, recompute=recompute, progress=progress)
+
+
+def _paper_report(folder: Path, form: str, progress: Progress | None) -> str:
+    from sunset.published import paper_report  # noqa: PLC0415  slow, and rarely needed
+
+    return paper_report(folder, form, progress=progress)
+
+
+def unfinished_remark(folder: Path) -> str:
+    """Return a sentence that says how much of a folder's campaign is missing; empty if nothing is."""
+    try:
+        counts = count_runs(folder)
+    except RecordError as error:
+        return f"The campaign in {folder} may not be finished, since its plan cannot be read: {error}"
+    if counts is None or counts[0] >= counts[1]:
+        return ""
+    return f"The campaign in {folder} is not finished: {counts[0]} of {counts[1]} runs are there."
+
+
+def write_figures(
+    path: str | Path,
+    out: str | Path,
+    *,
+    recompute: bool = False,
+    progress: Progress | None = None,
+    extensions: Extensions = (),
+) -> WrittenFigures:
+    """Write the figures of a report of stored runs, as `sunset report --figures` does.
+
+    Each is written as PDF, SVG and PNG, and its data as CSV; `captions.txt` has their captions.
+
+    Args:
+        path: as of `load`.
+        out: the new folder, which must not exist, or be empty.
+        recompute: compute every number from the recorded messages instead of reading stored figures.
+        progress: called with (runs that are read, all runs).
+        extensions: as of `load`.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        RecordError: the runs are missing or damaged.
+        OutputError: the folder exists and is not empty, or cannot be written.
+    """
+    check_progress(progress)
+    check_flags(recompute=recompute)
+    with extended(extensions):
+        return evaluation.write_figures(
+            as_path(path, "folder of stored runs"),
+            as_path(out, "folder of the figures"),
+            recompute=recompute,
+            progress=progress,
+        )

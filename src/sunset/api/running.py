@@ -1,87 +1,84 @@
-"""Runs and campaigns: flown, stored, opened again, compared."""
+"""Runs and campaigns: executed, planned, checked and compared."""
 
 import tempfile
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Executor
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias, Unpack
+from typing import Any, Unpack
 
 from sunset import experiments
-from sunset.api.options import (
-    Extensions,
-    Manager,
-    Options,
-    as_path,
-    check_flags,
-    check_progress,
-    chosen_flights,
-    chosen_scenarios,
-    extended,
-    manager_name,
-    manager_names,
-    names_of,
-    scenario_of,
-    settings_of,
-    whole_of,
-)
-from sunset.api.planning import CampaignForecast, forecast
+from sunset.api.arguments import as_path, check_flags, check_progress, extended, optional_path, whole_of
+from sunset.api.options import CampaignOptions, Manager, Managers, campaign_of, run_spec_of
+from sunset.api.planning import CampaignForecast, count_runs, forecast
 from sunset.api.results import Results
 from sunset.api.viewing import Run
-from sunset.errors import ManagerError, RecordError
-from sunset.evaluation import load_results, render_report
+from sunset.errors import InvalidInputError
+from sunset.evaluation import Agreement, compare, load_results
 from sunset.experiments import (
     CHECK_SCENARIO,
     DEFAULT_SCENARIO,
     BenchSpec,
     ManagerCheck,
-    RunSpec,
-    Settings,
+    Options,
     Shard,
+    connected_scheduler,
+    keep_last_run,
+    last_run,
 )
-from sunset.processes.workers import Progress
-from sunset.published import paper_report
-from sunset.recording import RUN_FILE, read_stored_run
-from sunset.scenarios import Scenario, generate
-from sunset.texts import shown
+from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
+from sunset.scenarios import Scenario
+from sunset.texts import counted
+from sunset.processes.workers import Progress, Stages
 
-_Scenario: TypeAlias = str | Path | Scenario
-Managers: TypeAlias = Manager | Mapping[str, Manager] | list[Manager] | tuple[Manager, ...]
-Names: TypeAlias = str | list[str] | tuple[str, ...]
-Flights: TypeAlias = str | Path | list[str | Path] | tuple[str | Path, ...]
+__all__ = [
+    "CHECK_SCENARIO",
+    "DEFAULT_SCENARIO",
+    "added_runs",
+    "agree",
+    "bench",
+    "check_manager",
+    "keep_last_run",
+    "last_run",
+    "plan_bench",
+    "run",
+]
 
 
 def run(
-    scenario: _Scenario = DEFAULT_SCENARIO,
+    scenario: str | Path | Scenario = DEFAULT_SCENARIO,
     manager: Manager = "baseline",
     *,
     seed: int = 1,
     out: str | Path | None = None,
+    log: bool = False,
     **options: Unpack[Options],
 ) -> Run:
-    """Run one scenario and measure the adaptation, as `sunset run` does.
+    """Run a scenario and measure the adaptation, as `sunset run` does.
 
     Args:
-        scenario: a scenario's name, a YAML file, faults joined by `+`, or what `load_scenario` returned.
+        scenario: a scenario's name, a YAML file, faults joined by `+`, or a scenario of `load_scenario`.
         manager: the managing system: a name, `FILE.py:CLASS`, `MODULE:CLASS`, `exec:COMMAND`, a class, or a function
-            that makes one. It runs in a process of its own, which is forked from this one, so that a class of a
+            that makes it. It runs in a process of its own, forked from this process, so that a class of a
             notebook will do.
         seed: a whole number in [0, 2³² − 1]. The same seed gives the same record.
         out: keep the record in this new folder; it is not kept if None.
-        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `manager_env`, `task`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+        log: whether messages that the managing system logs are printed on stderr, too.
+        **options: as in `sunset.Options`.
 
     Raises:
         InvalidInputError: an argument is not usable.
         ManagerError: the managing system could not be loaded, or kept the system from coming up.
         OutputError: the record cannot be written.
     """
+    check_flags(log=log)
     extensions = options.get("extensions", ())
-    with extended(extensions):
+    with extended(extensions), tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         spec = run_spec_of(scenario, manager, seed, options)
-        if out is not None:
-            return Run.of(experiments.run(spec, as_path(out, "folder of the record")), extensions=extensions)
-        with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
-            return Run.of(experiments.run(spec, Path(folder) / "run"), extensions=extensions, is_kept=False)
+        folder = Path(temporary, "run") if out is None else as_path(out, "folder of the record")
+        stored = experiments.run(spec, folder, log=log, preparing=_preparing(options))
+        return Run.of(stored, extensions=extensions, is_kept=out is not None)
 
 
 def bench(
@@ -89,17 +86,12 @@ def bench(
     managers: Managers = ("none", "baseline"),
     *,
     out: str | Path,
-    scenarios: Names = (),
-    flights: Flights = (),
-    references: bool = True,
-    score: bool = True,
-    repetitions: int = 3,
-    seed: int = 1,
     jobs: int | None = None,
     executor: Executor | None = None,
+    scheduler: str | None = None,
     shard: str | None = None,
     progress: Progress | None = None,
-    **options: Unpack[Options],
+    **options: Unpack[CampaignOptions],
 ) -> Results:
     """Run managing systems over a suite, as `sunset bench` does; runs that `out` holds already are not repeated.
 
@@ -107,44 +99,27 @@ def bench(
         suite: a suite's name, or a folder of scenario files.
         managers: managing systems, as of `run`: a list, or a dictionary of them by their labels in tables.
         out: the folder of the results.
-        scenarios: some scenarios of the suite; all if empty.
-        flights: what every scenario is run on: `panel`, names of its flights, `default`, or bags, also as `LABEL=PATH`;
-            if empty, each is run on its own flight.
-        references: whether the paper's two reference rows are run too.
-        score: whether `none` and `oracle` are run too, which scores are measured between.
-        repetitions: runs a scenario, at least 1.
-        seed: of the first repetition.
-        jobs: worker processes; one a core if None. They change no result of the simulation.
-        executor: does the runs in the place of worker processes: any of `concurrent.futures`, such as one of dask's or
-            mpi4py's, whose workers may be on other computers. It changes no result either, and is not shut down.
+        jobs: worker processes, which change no result; a process per core if None.
+        executor: any executor of `concurrent.futures`, which does the runs in place of worker processes.
+        scheduler: address of a dask scheduler, whose workers do the runs.
         shard: do a part of the campaign only, as `I/N`, the I-th of N.
-        progress: called with (runs that are done, runs in all).
-        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `manager_env`, `task`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+        progress: called with (finished runs, all runs).
+        **options: as in `sunset.CampaignOptions` and `sunset.Options`.
 
     Raises:
-        InvalidInputError: an argument is not usable, `out` holds another campaign, or a worker of the executor has not
-            what the runs need.
+        InvalidInputError: an argument is not usable, `out` holds another campaign, or a worker lacks a resource.
         ManagerError: a managing system cannot be loaded.
-        OutputError: `out` cannot be written, or another process runs its campaign.
-        SunsetError: a worker was killed, or the executor has failed; what was finished is kept.
+        SunsetError: `out` cannot be written, another process runs its campaign, a worker was killed, or the executor
+            has failed; finished runs are kept.
     """
-    check_progress(progress)
-    part = None if shard is None else Shard.parse(shard)
+    check_progress(progress, _preparing(options))
+    work: dict[str, Any] = {"jobs": whole_of(jobs), "shard": None if shard is None else Shard.parse(shard)}
+    reports: dict[str, Any] = {"progress": progress, "preparing": _preparing(options)}
     with extended(options.get("extensions", ())):
-        spec = campaign_of(
-            suite,
-            managers,
-            options,
-            scenarios=scenarios,
-            flights=flights,
-            repetitions=repetitions,
-            seed=seed,
-            references=references,
-            score=score,
-        )
+        spec = campaign_of(suite, managers, options)
         folder = as_path(out, "folder of the results")
-        experiments.bench(spec, folder, jobs=whole_of(jobs), executor=executor, shard=part, progress=progress)
+        with nullcontext(executor) if scheduler is None else connected_scheduler(scheduler) as workers:
+            experiments.bench(spec, folder, executor=workers, **work, **reports)
         return Results(folder, load_results(folder))
 
 
@@ -153,107 +128,39 @@ def plan_bench(
     managers: Managers = ("none", "baseline"),
     *,
     like: str | Path | None = None,
-    scenarios: Names = (),
-    flights: Flights = (),
-    references: bool = True,
-    score: bool = True,
-    repetitions: int = 3,
-    seed: int = 1,
-    **options: Unpack[Options],
+    jobs: int | None = None,
+    **options: Unpack[CampaignOptions],
 ) -> CampaignForecast:
-    """Return what a campaign would be, as `sunset bench --plan` prints it.
+    """Return the number of runs of a campaign, their duration and their power, as `sunset bench --plan` prints them.
 
     Args:
-        suite: as of `bench`, like all that is not described here.
+        suite: as of `bench`, like `managers` and the options.
         managers: as of `bench`.
         like: the folder of an earlier campaign, from which time and variances are taken. Without it, two trial runs
             are done and timed.
-        scenarios: as of `bench`.
-        flights: as of `bench`.
-        references: as of `bench`.
-        score: as of `bench`.
-        repetitions: as of `bench`.
-        seed: as of `bench`.
+        jobs: worker processes of the campaign; a process per core if None.
         **options: as of `bench`.
 
     Raises:
         InvalidInputError: an argument is not usable.
-        RecordError: there is no such earlier campaign, or it is damaged.
+        RecordError: the earlier campaign is missing or damaged.
     """
+    check_progress(_preparing(options))
     with extended(options.get("extensions", ())):
-        spec = campaign_of(
-            suite,
-            managers,
-            options,
-            scenarios=scenarios,
-            flights=flights,
-            repetitions=repetitions,
-            seed=seed,
-            references=references,
-            score=score,
-        )
-        return forecast(spec, None if like is None else as_path(like, "folder of an earlier campaign"))
+        spec = campaign_of(suite, managers, options)
+        earlier = optional_path(like, "folder of an earlier campaign")
+        return forecast(spec, earlier, jobs=whole_of(jobs), preparing=_preparing(options))
 
 
-def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = ()) -> Run | Results:
-    """Open stored runs: of the folder of one run, that run; of one with several, their results.
-
-    Args:
-        path: what `run` or `bench`, or the command line, has written.
-        recompute: compute the figures of several runs from the recorded messages instead of reading the stored ones.
-        extensions: those of the managed system that the runs were flown with, where figures are computed.
-
-    Raises:
-        RecordError: there is no such folder, no run in it, or one that is damaged or of another version.
-    """
-    folder = as_path(path, "folder of stored runs")
-    if folder.is_file():
-        raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
-    check_flags(recompute=recompute)
-    with extended(extensions):
-        if (folder / RUN_FILE).exists():
-            return Run.of(read_stored_run(folder), extensions=extensions)
-        return Results(folder, load_results(folder, again=recompute))
-
-
-def report(
-    path: str | Path,
-    form: str | None = None,
-    *,
-    every: bool = False,
-    recompute: bool = False,
-    paper: bool = False,
-    extensions: Extensions = (),
-) -> str:
-    """Return the report of stored runs, as `sunset report` prints it; with extensions as `load`.
-
-    Args:
-        path: as of `load`; with `paper`, also a log of the published exemplar, or a folder of logs.
-        form: `table`, `latex`, `csv`, `json` or `html`; if it is None, `table`, but of the folder of one run its time
-            line.
-        every: whether a table or LaTeX has every figure, and not the first page only.
-        recompute: as of `load`; of a table.
-        paper: whether to return the paper's five figures by the published evaluation script instead, as `table`,
-            `latex`, `html` or `json`.
-        extensions: as of `load`.
-
-    Raises:
-        RecordError: as `load`.
-        InvalidInputError: there is no such format.
-    """
-    folder = as_path(path, "folder of stored runs")
-    check_flags(every=every, recompute=recompute, paper=paper)
-    with extended(extensions):
-        if paper:
-            return paper_report(folder, "table" if form is None else form)
-        if form is None and not (every or recompute) and (folder / RUN_FILE).is_file():
-            return f"{read_stored_run(folder)}\n"
-        return render_report(folder, "table" if form is None else form, every=every, recompute=recompute)
+def added_runs(suite: str | Path, managers: Managers, **options: Unpack[CampaignOptions]) -> list[str]:
+    """Return in words how many runs are added to the runs of the named managing systems."""
+    added = list(count_runs(campaign_of(suite, managers, options)).items())[1:]
+    return [f"{counted(number, 'run')} of {name}" for name, number in added]
 
 
 def check_manager(
     manager: Manager,
-    scenario: _Scenario = CHECK_SCENARIO,
+    scenario: str | Path | Scenario = CHECK_SCENARIO,
     *,
     seed: int = 1,
     progress: Progress | None = None,
@@ -265,88 +172,85 @@ def check_manager(
         manager: as of `run`.
         scenario: as of `run`.
         seed: of both runs.
-        progress: called with (runs that are done, runs in all).
-        **options: those of `sunset.Options`: `model`, `bag`, `loop`, `device`, `duration`, `cache`, `images`,
-            `manager_limit`, `manager_env`, `task`, `thinking`, `middleware`, `rate`, `viewers`, `extensions`.
+        progress: called with (finished runs, all runs).
+        **options: as in `sunset.Options`.
 
     Raises:
         SunsetError: as `run`.
     """
-    check_progress(progress)
+    check_progress(progress, _preparing(options))
     with extended(options.get("extensions", ())):
         spec = run_spec_of(scenario, manager, seed, options)
-        return experiments.check_manager(spec, progress=progress)
+        return experiments.check_manager(spec, progress=progress, preparing=_preparing(options))
 
 
-def make_scenario(*faults: str, name: str = "") -> Scenario:
-    """Make a scenario of faults, each as `FAULT` or `FAULT=STRENGTH`, as `sunset scenarios generate` does.
-
-    Raises:
-        ScenarioError: there is no such fault, or no such strength.
-    """
-    return generate(names_of(list(faults), "faults"), name=name)
-
-
-def run_spec_of(scenario: _Scenario, manager: Manager, seed: int, options: Options) -> RunSpec:
-    """Return the run that arguments as those of `run` describe.
-
-    Raises:
-        InvalidInputError: one of them is not usable.
-        ManagerError: the managing system is none, or is not a name although the run is live.
-    """
-    settings = settings_of(options)
-    _check_named(manager, settings)
-    return RunSpec(
-        scenario=scenario_of(scenario),
-        manager=manager_name(manager),
-        seed=whole_of(seed),
-        settings=settings,
-    )
-
-
-def campaign_of(
-    suite: str | Path,
-    managers: Managers,
-    options: Options,
+def agree(
+    suite: str | Path = "artifact",
+    managers: Managers = ("baseline",),
     *,
-    scenarios: Names,
-    flights: Flights,
-    repetitions: int,
-    seed: int,
-    references: bool,
-    score: bool,
-) -> BenchSpec:
-    """Return the campaign that arguments as those of `bench` describe.
+    out: str | Path,
+    jobs: int | None = None,
+    stored: bool = False,
+    progress: Progress | None = None,
+    **options: Unpack[CampaignOptions],
+) -> list[Agreement]:
+    """Run the same seeds in the simulation and live, and return how well they agree, as `sunset agree` does.
+
+    Args:
+        suite: as of `bench`.
+        managers: as of `bench`; by name, since live they are processes of their own.
+        out: the folder of the results.
+        jobs: worker processes of the simulation; a process per core if None. Live runs take turns.
+        stored: whether to run nothing and compare the runs in the folder.
+        progress: called with (finished runs, all runs), first for the simulation.
+        **options: as of `bench`; `rate` is for the live runs, and `repetitions` is 1 if left out.
 
     Raises:
-        InvalidInputError: one of them is not usable.
+        SunsetError: as `bench`.
     """
-    settings = settings_of(options)
-    _check_named(managers, settings)
-    return BenchSpec(
-        suite=str(suite) if isinstance(suite, Path) else suite,
-        scenarios=chosen_scenarios(scenarios),
-        references=references,
-        score=score,
-        managers=manager_names(managers),
-        flights=chosen_flights(flights),
-        repetitions=whole_of(repetitions),
-        seed=whole_of(seed),
-        settings=settings,
-    )
+    check_progress(progress, _preparing(options))
+    check_flags(stored=stored)
+    folder = as_path(out, "folder of the results")
+    if "middleware" in options:
+        raise InvalidInputError("An agreement is of the simulation with live runs: leave the middleware out.")
+    with extended(options.get("extensions", ())):
+        if not stored:
+            campaigns = _paired_campaigns(suite, managers, options)
+            _run_pairs(campaigns, folder, whole_of(jobs), progress, _preparing(options))
+        return compare(folder / "sim", folder / "live", progress=progress if stored else None)
 
 
-def _check_named(managers: Managers, settings: Settings) -> None:
-    """Check that managing systems of live runs are names, since each is a process that this one does not fork.
+def _run_pairs(
+    campaigns: Mapping[str, BenchSpec],
+    folder: Path,
+    jobs: int | None,
+    progress: Progress | None,
+    preparing: Stages | None,
+) -> None:
+    done = 0
 
-    Raises:
-        ManagerError: one is a class or a function.
-    """
-    listed = managers.values() if isinstance(managers, Mapping) else managers
-    listed = listed if isinstance(listed, Collection) and not isinstance(listed, str) else [listed]
-    for manager in listed:
-        if settings.live and callable(manager):
-            raise ManagerError(
-                f"A class or function cannot manage a live run, got {shown(manager)}: live, name it FILE.py:Class or "
-                "module:Class."
-            )
+    def update(count: int, total: int) -> None:
+        if progress is not None:
+            progress(done + count, len(campaigns) * total)
+
+    for name, spec in campaigns.items():
+        workers = 1 if spec.settings.live else jobs
+        experiments.bench(spec, folder / name, jobs=workers, progress=update, preparing=preparing)
+        done += len(experiments.plan(spec))
+
+
+def _paired_campaigns(
+    suite: str | Path, managers: Managers, options: Mapping[str, Any]
+) -> dict[str, BenchSpec]:
+    """Return the simulated and the live campaign by their folders; an error in either is raised before both run."""
+    fixed = {"middleware": LIVE, "references": False, "score": False}
+    live = campaign_of(suite, managers, {"repetitions": 1, **options, **fixed})
+    live_middleware()
+    sim = replace(live, settings=replace(live.settings, middleware=SIMULATED, speed=1.0))
+    for spec in (live, sim):
+        experiments.plan(spec)
+    return {"sim": sim, "live": live}
+
+
+def _preparing(options: Mapping[str, Any]) -> Any:
+    return options.get("preparing")

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from sunset.api.options import Extensions, as_path, extended, whole_of
-from sunset.errors import InvalidInputError
-from sunset.scenarios import SplitDescription, SplitSpec, read_salt, write_split
+from sunset.api.arguments import Extensions, as_path, check_flags, extended, whole_of
+from sunset.scenarios import SPLITS, SplitDescription, SplitSpec, read_salt, write_split
 from sunset.scenarios import check_split as check_folder
-from sunset.texts import shown
+
+__all__ = ["SPLITS", "SplitDescription", "check_split", "generate_split"]
 
 
 def generate_split(
@@ -23,7 +23,7 @@ def generate_split(
 
     Args:
         split: `train`, `validation`, `test` or `wild`; they never share a scenario.
-        count: how many scenarios, from 1 to 9999; those of a smaller number are the first of a larger one.
+        count: how many scenarios, from 1 to 9999; a smaller split is the beginning of a larger split.
         out: the folder, which must not exist, or be empty.
         seed: of everything that is drawn.
         flights: whether each scenario has a flight of its own, in place of the default flight.
@@ -31,14 +31,13 @@ def generate_split(
         extensions: of the managed system, whose faults are drawn, too.
 
     Returns:
-        What the folder's `split.json` says; `sha256` pins the scenarios.
+        The content of the folder's `split.json`; `sha256` pins the scenarios.
 
     Raises:
-        InvalidInputError: there is no such split, a number is out of range, or the salt is not usable.
+        InvalidInputError: the split is unknown, a number is out of range, or the salt is not usable.
         OutputError: the folder is not empty, or cannot be written.
     """
-    if not isinstance(flights, bool):
-        raise InvalidInputError(f"The flights of a split must be true or false, got {shown(flights)}.")
+    check_flags(flights=flights)
     folder, salt = as_path(out, "folder of the split"), _salt(salt_file)
     with extended(extensions):
         spec = SplitSpec(split=split, count=whole_of(count), seed=whole_of(seed), flights=flights, salt=salt)
@@ -48,19 +47,19 @@ def generate_split(
 def check_split(
     folder: str | Path, *, salt_file: str | Path | None = None, extensions: Extensions = ()
 ) -> SplitDescription:
-    """Generate the split of a folder anew and compare the scenarios, as `sunset scenarios check` does.
+    """Generate the split of a folder again and compare the scenarios, as `sunset scenarios check` does.
 
     Args:
-        folder: that `generate_split` has written.
-        salt_file: the file with the secret that it was made with.
-        extensions: that it was made with.
+        folder: the folder that `generate_split` has written.
+        salt_file: the file with the secret of the split.
+        extensions: those that the split was generated with.
 
     Returns:
-        What the folder's `split.json` says.
+        The content of the folder's `split.json`.
 
     Raises:
-        ScenarioError: there is no split in the folder, or its scenarios are others than those that are generated.
-        InvalidInputError: the salt is missing, or is another one.
+        ScenarioError: the folder is not a split, or its scenarios differ from the generated scenarios.
+        InvalidInputError: the salt is missing or wrong.
     """
     place, salt = as_path(folder, "folder of the split"), _salt(salt_file)
     with extended(extensions):

@@ -1,4 +1,4 @@
-"""Runs that can be looked at: as one page that replays them, and in a notebook."""
+"""Runs that can be looked at: in a page that replays them, in a notebook, and in a folder to publish."""
 
 import os
 import sys
@@ -11,23 +11,23 @@ from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any, Final, Self
+from urllib.parse import quote
 
-from sunset.api.options import (
-    Extensions,
-    as_path,
-    check_flags,
-    check_progress,
-    extended,
-)
+from sunset.api.arguments import Extensions, as_path, check_flags, check_progress, extended, optional_path
 from sunset.errors import InvalidInputError, RecordError, SunsetError
-from sunset.experiments import play_back
-from sunset.output_files import write_text
-from sunset.processes.workers import Stages
+from sunset.output_files import draft_of_folder, write_text
 from sunset.recording import IMAGES_FILE, StoredRun, read_stored_run
 from sunset.rmw.backends import SIMULATED
 from sunset.texts import shown
 from sunset.viewing import Viewed, check_comparable, check_page_file, is_shown, page_text
+from sunset.processes.workers import Progress, Stages
 
+_PAGE: Final = "run.html"
+"""The page of a run, in a folder of its own, whose place is that of the record below the folder of stored runs."""
+_NO_IMAGES: Final = (
+    "The record has no images, so that there are no pictures; 'sunset view' of the record shows them, and runs that "
+    "are made with --images have them."
+)
 _PLAYED: Final = (
     "The pictures were made by playing the recorded commands back without the managing system, and {} of them differ "
     "from the run's: run it again with --images."
@@ -36,7 +36,7 @@ _LIVE: Final = "It was run live, and its images were not kept, so that there are
 
 
 class Run(StoredRun):
-    """A run, as its record tells it, that can be looked at.
+    """A stored run that can be looked at.
 
     It knows the extensions of the managed system that it was made with. Where its record is not kept, it carries the
     record's files except images.
@@ -48,12 +48,12 @@ class Run(StoredRun):
 
     @classmethod
     def of(cls, run: StoredRun, *, extensions: Extensions = (), is_kept: bool = True) -> Self:
-        """Return a stored run as one that can be looked at."""
-        made = cls(**{field.name: getattr(run, field.name) for field in fields(run) if field.init})
-        object.__setattr__(made, "_extensions", extensions)
+        """Return a stored run as a run that can be looked at."""
+        viewable = cls(**{field.name: getattr(run, field.name) for field in fields(run) if field.init})
+        object.__setattr__(viewable, "_extensions", extensions)
         files = [] if is_kept else [path for path in run.folder.iterdir() if path.name != IMAGES_FILE]
-        object.__setattr__(made, "_files", {path.name: path.read_bytes() for path in files})
-        return made
+        object.__setattr__(viewable, "_files", {path.name: path.read_bytes() for path in files})
+        return viewable
 
     def view(
         self, other: StoredRun | str | Path | None = None, *, out: str | Path | None = None, show: bool = True
@@ -78,11 +78,11 @@ class Run(StoredRun):
         )
 
     def __getstate__(self) -> object:
-        """Return what is pickled, the extensions and files included."""
+        """Return the state for pickling, the extensions and files included."""
         return super().__getstate__(), self.extensions, getattr(self, "_files", {})
 
     def __setstate__(self, state: Any) -> None:
-        """Restore what was pickled."""
+        """Restore the pickled state."""
         stored, extensions, files = state
         super().__setstate__(stored)  # type: ignore[misc]  # a data class has it
         object.__setattr__(self, "_extensions", extensions)
@@ -119,48 +119,57 @@ def view(
 ) -> Path:
     """Write a page that replays a run, or two side by side, as `sunset view` does, and return its file.
 
-    Where the record of a simulated run has no images, they are made by playing its commands back. The managing system
-    is not run: it may be a stranger's program.
+    If the record of a simulated run lacks images, its commands are played back to make them. The managing system is
+    not run.
 
     Args:
-        run: what `run` or `load` returned, or its folder.
-        other: one of another managing system on the same scenario, seed and flight.
-        out: the page's file; in the current folder, named after the runs' folders, if it is None.
-        show: whether it is opened in a browser, where there is a screen.
-        model: the model, if it is not one of the record's name.
-        bag: the runs' flight, if that is not the default one.
-        progress: called with (what is done, how much of it, how much in all).
-        extensions: those of the managed system that the runs were made with; a `Run` knows its own.
+        run: a run of `run` or `load`, or its folder.
+        other: a run of another managing system on the same scenario, seed and flight.
+        out: the page's file; named after the runs' folders, in the current folder, if it is None.
+        show: whether it is opened in a browser, if there is a screen.
+        model: the model, if it is not installed under the record's name.
+        bag: the runs' flight, if it is not the default flight.
+        progress: called with (stage, steps done, all steps).
+        extensions: extensions that the runs were made with; a `Run` knows its own.
 
     Raises:
-        InvalidInputError: both are the same run.
-        RecordError: there is no such run, it failed, its images cannot be made, or the two cannot be compared.
-        OutputError: the page cannot be written.
+        SunsetError: a run is missing or failed, both cannot be compared, or the page cannot be written.
     """
     check_progress(progress)
     check_flags(show=show)
     listed = [run] if other is None else [run, other]
-    known = (one.extensions for one in listed if isinstance(one, Run) and one.extensions)
-    with extended(extensions or next(known, ())), ExitStack() as stack:
-        given = [one if isinstance(one, Run) else Run.of(_stored(one)) for one in listed]
-        file = _default_page(given) if out is None else as_path(out, "page's file")
-        check_page_file(file)
-        if other is not None:
-            if given[0].record == given[1].record:
-                raise InvalidInputError("A run beside itself shows nothing: name another one, or one only.")
-            check_comparable(given[0].record, given[1].record)
-        place = None if bag is None else as_path(bag, "bag")
-        runs = [stack.enter_context(one.at_hand()) for one in given]
-        with _with_images(runs, None if model is None else str(model), place, progress) as viewed:
-            making = None if progress is None else partial(progress, "Making pictures")
-            write_text(file, page_text(viewed, progress=making), "page")
+    known = (each.extensions for each in listed if isinstance(each, Run) and each.extensions)
+    with extended(extensions or next(known, ())):
+        runs = [each if isinstance(each, Run) else Run.of(_stored(each)) for each in listed]
+        sources = None if model is None else str(model), optional_path(bag, "bag")
+        file = _write(runs, optional_path(out, "page's file"), sources, progress)
     if show and can_show_pages():
         webbrowser.open(file.resolve().as_uri())
     return file
 
 
+def _write(
+    runs: Sequence[Run],
+    file: Path | None,
+    sources: tuple[str | None, Path | None],
+    progress: Stages | None,
+) -> Path:
+    if file is None:
+        file = Path("-".join(dict.fromkeys(run.folder.resolve().name for run in runs)) + ".html")
+    check_page_file(file)
+    if len(runs) > 1:
+        if runs[0].record == runs[1].record:
+            raise InvalidInputError("A run beside itself shows nothing: name another one, or one only.")
+        check_comparable(runs[0].record, runs[1].record)
+    drawing = None if progress is None else partial(progress, "Making pictures")
+    with ExitStack() as stack:
+        stored = [stack.enter_context(run.at_hand()) for run in runs]
+        viewed = stack.enter_context(_with_images(stored, *sources, progress))
+        write_text(file, page_text(viewed, progress=drawing), "page")
+    return file
+
+
 def _stored(run: StoredRun | str | Path) -> StoredRun:
-    """Return a run that was given as itself or by its folder."""
     if isinstance(run, StoredRun):
         return run
     if not isinstance(run, str | Path):
@@ -169,11 +178,6 @@ def _stored(run: StoredRun | str | Path) -> StoredRun:
     if folder.is_file():
         raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
     return read_stored_run(folder)
-
-
-def _default_page(runs: Sequence[StoredRun]) -> Path:
-    """Return the page's file where none is named: in the current folder, with the names of the runs' folders."""
-    return Path("-".join(dict.fromkeys(run.folder.resolve().name for run in runs)) + ".html")
 
 
 def can_show_pages() -> bool:
@@ -186,11 +190,13 @@ def _with_images(
     runs: Sequence[StoredRun], model: str | None, bag: Path | None, progress: Stages | None
 ) -> Iterator[list[Viewed]]:
     """Give the runs with their images, which are made for simulated runs whose records have none."""
+    from sunset.experiments import play_back  # noqa: PLC0415  slow, and only needed here
+
     viewed = [Viewed.of(run, run.folder, _LIVE) for run in runs]
     without = [
         number
-        for number, one in enumerate(viewed)
-        if one.images is None and one.run.record.middleware == SIMULATED
+        for number, each in enumerate(viewed)
+        if each.images is None and each.run.record.middleware == SIMULATED
     ]
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         for done, number in enumerate(without):
@@ -203,3 +209,48 @@ def _with_images(
         if progress is not None and without:
             progress("Playing back", len(without), len(without))
         yield viewed
+
+
+def write_site(
+    path: str | Path, out: str | Path, *, progress: Progress | None = None, extensions: Extensions = ()
+) -> Path:
+    """Write a folder with the report of stored runs and a page for each run, as `sunset report --site` does.
+
+    The folder is self-contained and needs no network, so that it can be published as it is. Pages of runs whose records
+    have images contain pictures.
+
+    Args:
+        path: the folder that `run` or `bench`, or the command line, has written.
+        out: the folder, which must not exist, or be empty.
+        progress: called with (written pages, all pages).
+        extensions: extensions that the runs were made with.
+
+    Returns:
+        The first page, `index.html` in the folder.
+
+    Raises:
+        RecordError: the folder or its runs are missing, damaged or of another version.
+        OutputError: the folder cannot be written, or is not empty.
+    """
+    from sunset.evaluation import index_page, load_results  # noqa: PLC0415  slow, and not needed for a page
+
+    check_progress(progress)
+    folder, site = as_path(path, "folder of stored runs"), as_path(out, "folder of the site")
+    with extended(extensions):
+        runs = load_results(folder)
+        pages = {run.folder: run.folder.relative_to(folder) / _PAGE for run in runs if not run.is_empty}
+        with draft_of_folder(site, "site") as draft:
+            for done, (place, page) in enumerate(pages.items()):
+                if progress is not None:
+                    progress(done, len(pages))
+                _write_run(place, draft / page)
+            links = {place: quote(os.fsencode(page)) for place, page in pages.items()}
+            (draft / "index.html").write_text(index_page(runs, links), encoding="utf-8")
+    if progress is not None:
+        progress(len(pages), len(pages))
+    return Path(out) / "index.html"
+
+
+def _write_run(place: Path, page: Path) -> None:
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text(page_text([Viewed.of(read_stored_run(place), place, _NO_IMAGES)]), encoding="utf-8")

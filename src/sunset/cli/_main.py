@@ -1,4 +1,4 @@
-"""The entry point: choose the verb, run it, turn errors into one sentence and exit code 2."""
+"""The entry point: choose the verb, run it, turn errors into a sentence and exit code 2."""
 
 import os
 import signal
@@ -32,16 +32,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: without the program's name; the process's own if None.
 
     Returns:
-        The exit code: 0 done, 1 done and the answer is no (`managers check`, `ros`, `verify`), a managing system failed
-        in each of its runs (`bench`), or `train --minutes` stopped before its end, 2 bad input (one sentence stands on
-        stderr), 130 interrupted, 143 ended by SIGTERM.
+        The exit code: 0 done, 1 done with a negative answer (`managers check`, `ros`, `verify`), a managing system
+        failed in each of its runs (`bench`), or `train --minutes` stopped before its end, 2 bad input (a sentence on
+        stderr says why), 130 interrupted, 143 ended by SIGTERM.
     """
     fill_standard_streams()
     sys.stdout = sys.stdout or os.fdopen(1, "w", encoding="utf-8")
     sys.stderr = sys.stderr or os.fdopen(2, "w", encoding="utf-8")
     arguments = sys.argv[1:] if arguments is None else arguments
     verb = next(iter(arguments), "")
-    if isinstance(sys.stdout, TextIOWrapper):  # some terminals have no arrows
+    if isinstance(sys.stdout, TextIOWrapper):  # some terminals lack arrows
         sys.stdout.reconfigure(errors="replace")
     if verb == "up":
         from sunset.processes.server import shared_server  # noqa: PLC0415  no other verb needs it here
@@ -58,16 +58,17 @@ def _execute(verb: str, arguments: Sequence[str]) -> int:
             extensions, rest = split_extensions(arguments) if known.is_extensible else ([], arguments)
             with _loading(extensions) if known.is_long or extensions else nullcontext():
                 if extensions:
-                    from sunset.system import extended_system  # noqa: PLC0415  most command lines need none
+                    from sunset.api.arguments import extended  # noqa: PLC0415  most command lines need none
 
-                    stack.enter_context(extended_system(extensions))
+                    stack.enter_context(extended(extensions))
                 parsed = make_parser().parse_args(rest)
+                parsed.extension = extensions
             if known.is_long and threading.current_thread() is threading.main_thread():
                 signal.signal(signal.SIGTERM, _interrupt)
             code = parsed.execute(parsed)
         print(end="", flush=True)
     except BrokenPipeError:
-        # the reader of our output has seen enough; what is still buffered has nowhere to go
+        # the reader of our output has ended; buffered output is discarded
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt as error:
@@ -85,9 +86,9 @@ def _execute(verb: str, arguments: Sequence[str]) -> int:
 
 @contextmanager
 def _loading(extensions: Sequence[str] = ()) -> Iterator[None]:
-    """Say on stderr that the program is being loaded, or extensions are, where that takes longer than `_QUICK_S`."""
+    """Report on stderr that the program, or extensions, are being loaded, if that takes longer than `_QUICK_S`."""
     text = f"Loading {sentence(', '.join(extensions))} …" if extensions else "Loading …"
-    end = "\r" if sys.stderr.isatty() else "\n"  # on a terminal, what comes next takes its place
+    end = "\r" if sys.stderr.isatty() else "\n"  # on a terminal, the next line replaces it
     timer = threading.Timer(_QUICK_S, print, [text], {"end": end, "file": sys.stderr, "flush": True})
     timer.daemon = True
     timer.start()
@@ -98,6 +99,6 @@ def _loading(extensions: Sequence[str] = ()) -> Iterator[None]:
 
 
 def _interrupt(number: int, _: FrameType | None) -> NoReturn:
-    """End in order, so that nothing is left behind that is not finished; a second signal ends at once."""
+    """Interrupt the main thread, so that it removes unfinished files; a second signal ends the process at once."""
     signal.signal(number, signal.SIG_DFL)
     raise KeyboardInterrupt(number)

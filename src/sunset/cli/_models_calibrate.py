@@ -2,13 +2,12 @@
 
 import argparse
 import sys
-from pathlib import Path
 from typing import Final, cast
 
-from sunset.api import calibrate_model
-from sunset.cli._options import add_count_option, add_device_option
+import sunset
+from sunset.api.models import missing_networks
+from sunset.cli._options import add_count_option, add_path, add_settings
 from sunset.cli._progress import stages_progress
-from sunset.experiments.resources import missing_networks
 
 _POOR: Final = 0.1
 """With a lower IoU on healthy frames, a network is of no use."""
@@ -21,26 +20,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "write its card, without training. Needs onnx, which the extra 'train' installs."
     )
     parser.add_argument("model", help="a model's name or folder")
-    parser.add_argument(
-        "--bag",
-        type=Path,
-        metavar="PATH",
-        help="a rosbag2 of good frames (default: rendered flights over town 7)",
-    )
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="a new folder for a calibrated copy (default: change the model)",
-    )
+    add_path(parser, "--bag", "PATH", "a rosbag2 of good frames (default: rendered flights over town 7)")
+    add_path(parser, "--out", "DIR", "a new folder for a calibrated copy (default: change the model)")
     add_count_option(parser, "--jobs", "processes; no influence on results (default: one a core)")
-    add_device_option(parser)
+    add_settings(parser, "device")
 
 
 def execute(arguments: argparse.Namespace) -> None:
     """Calibrate a model."""
     with stages_progress() as progress:
-        calibrated = calibrate_model(
+        calibrated = sunset.calibrate_model(
             arguments.model,
             arguments.bag,
             out=arguments.out,

@@ -1,19 +1,16 @@
-"""`sunset models curves`: what each fault does to a model, by its strength."""
+"""`sunset models curves`: the effect of each fault on a model, by its strength."""
 
 import argparse
 import json
 import sys
 from functools import partial
-from pathlib import Path
 
-from sunset.api import measure_curves
-from sunset.cli._options import add_count_option, add_device_option
+import sunset
+from sunset.cli._options import add_count_option, add_json_option, add_path, add_settings
 from sunset.cli._parser import at_least_one
 from sunset.cli._progress import rendering_stages, stages_progress
-from sunset.data import RENDERING
 from sunset.errors import MissingExtraError
 from sunset.output_files import make_folder, write_text
-from sunset.perception import load_model
 from sunset.perception.severities import SEVERITIES_NAME
 from sunset.schemas import document_text
 from sunset.training.curves_text import as_csv, as_json, as_text, severity_table
@@ -27,12 +24,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "cure, and for every two of these faults at once. Strengths of the suites are marked with *."
     )
     parser.add_argument("model", nargs="?", default="lite", help="a model's name or folder")
-    parser.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 (default: the default flight)")
-    parser.add_argument(
+    add_path(parser, "--bag", "PATH", "a rosbag2 (default: the default flight)")
+    add_path(
+        parser,
         "--out",
-        type=Path,
-        metavar="DIR",
-        help="receives curves.csv, curves.json, figures (PNG), and severities.json for the model's folder",
+        "DIR",
+        "receives curves.csv, curves.json, figures (PNG), and severities.json for the model's folder",
     )
     parser.add_argument(
         "--every",
@@ -50,8 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="measure at this strength instead of that of the suites; may be repeated",
     )
     add_count_option(parser, "--jobs", "processes; no influence on results (default: one a core)")
-    add_device_option(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    add_settings(parser, "device")
+    add_json_option(parser)
 
 
 def _strength(text: str) -> tuple[str, float]:
@@ -66,11 +63,11 @@ def _strength(text: str) -> tuple[str, float]:
 
 def execute(arguments: argparse.Namespace) -> None:
     """Measure a model by fault and strength."""
-    model = load_model(arguments.model)
+    model = sunset.load_model(arguments.model)
     if arguments.out is not None:
         make_folder(arguments.out)
     with stages_progress() as stage:
-        measured = measure_curves(
+        curves = sunset.measure_curves(
             model,
             arguments.bag,
             every=arguments.every,
@@ -78,16 +75,15 @@ def execute(arguments: argparse.Namespace) -> None:
             jobs=arguments.jobs,
             device=arguments.device,
             progress=partial(stage, "Measuring"),
-            rendering=partial(rendering_stages(stage), RENDERING),
+            rendering=partial(rendering_stages(stage), "Rendering"),
         )
-    print(
-        json.dumps(as_json(measured), sort_keys=True) + "\n" if arguments.json else as_text(measured), end=""
-    )
+    document = as_json(curves)
+    print(json.dumps(document, sort_keys=True) + "\n" if arguments.json else as_text(curves), end="")
     if arguments.out is not None:
-        write_text(arguments.out / "curves.csv", as_csv(measured))
-        write_text(arguments.out / "curves.json", json.dumps(as_json(measured), indent=2) + "\n")
-        write_text(arguments.out / SEVERITIES_NAME, document_text(severity_table(measured)))
+        write_text(arguments.out / "curves.csv", as_csv(curves))
+        write_text(arguments.out / "curves.json", json.dumps(document, indent=2) + "\n")
+        write_text(arguments.out / SEVERITIES_NAME, document_text(severity_table(curves)))
         try:
-            draw(measured, arguments.out)
+            draw(curves, arguments.out)
         except MissingExtraError as error:
             print(error, file=sys.stderr)

@@ -1,17 +1,14 @@
-"""`sunset models flights`: which thresholds a model has on flights, and how well they do."""
+"""`sunset models flights`: the thresholds of a model on flights, and their quality."""
 
 import argparse
 import json
 
 from msgspec import to_builtins
 
-from sunset.api import measure_flights
-from sunset.api.options import chosen_flights
-from sunset.cli._options import add_device_option
+import sunset
+from sunset.api.flights import flights_text
+from sunset.cli._options import add_json_option, add_settings
 from sunset.cli._progress import rendering_progress
-from sunset.flights import HELD_OUT
-from sunset.perception import load_model
-from sunset.training.flights_text import flights_text
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,19 +24,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="A,B,…",
         help="panel (eight flights), one of the panel, default, or a bag's path, also as LABEL=PATH",
     )
-    add_device_option(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    add_settings(parser, "device")
+    add_json_option(parser)
 
 
 def execute(arguments: argparse.Namespace) -> None:
     """Measure a model on flights."""
-    model = load_model(arguments.model)
+    model = sunset.load_model(arguments.model)
     with rendering_progress() as progress:
-        found = measure_flights(
-            model, chosen_flights(arguments.flights), device=arguments.device, progress=progress
+        thresholds = sunset.measure_flights(
+            model, arguments.flights, device=arguments.device, progress=progress
         )
     if arguments.json:
-        print(json.dumps(to_builtins(found), sort_keys=True))
-        return
-    held_out = {flight.name for flight in HELD_OUT}
-    print(flights_text(model.card.name, found, held_out), end="")
+        print(json.dumps(to_builtins(thresholds), sort_keys=True))
+    else:
+        print(flights_text(model.card.name, thresholds), end="")

@@ -4,10 +4,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from sunset.api import import_model
+import sunset
+from sunset.api.models import MAX_SIDE, missing_networks
+from sunset.cli._options import add_path
 from sunset.cli._progress import stages_progress
-from sunset.experiments.resources import missing_networks
-from sunset.perception.card import MAX_SIDE
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -16,12 +16,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Read rgb.pth, depth.pth and fusion.pth, those that are there, without executing code from them, and write a "
         "model folder. Needs the extra 'train'."
     )
-    parser.add_argument("checkpoints", type=Path, metavar="DIR", help="the folder of the checkpoints")
-    parser.add_argument(
+    add_path(parser, "checkpoints", "DIR", "the folder of the checkpoints")
+    add_path(
+        parser,
         "--out",
-        type=Path,
-        metavar="DIR",
-        help="the new model's folder (default: in the current folder, named after that of the checkpoints, with "
+        "DIR",
+        "the new model's folder (default: in the current folder, named after that of the checkpoints, with "
         "-model behind)",
     )
     parser.add_argument("--name", metavar="NAME", help="the model's name (default: its folder's)")
@@ -43,7 +43,7 @@ def execute(arguments: argparse.Namespace) -> None:
     """Make a model of checkpoints."""
     out = arguments.out or Path(f"{arguments.checkpoints.resolve().name}-model")
     with stages_progress() as progress:
-        model = import_model(
+        model = sunset.import_model(
             arguments.checkpoints, out, name=arguments.name, size=arguments.size, progress=progress
         )
     print(

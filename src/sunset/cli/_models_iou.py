@@ -1,15 +1,13 @@
-"""`sunset models iou`: the IoU of models on towns that they were not trained on."""
+"""`sunset models iou`: the IoU of models on held-out towns."""
 
 import argparse
 import json
 from functools import partial
-from pathlib import Path
 
-from sunset.api import measure_iou
-from sunset.cli._options import add_count_option, add_device_option
+import sunset
+from sunset.cli._options import add_count_option, add_json_option, add_path, add_settings
 from sunset.cli._progress import stages_progress
 from sunset.output_files import make_folder, write_text
-from sunset.perception import load_model
 from sunset.training.tables import VIEWS
 from sunset.training.tables_text import iou_csv, iou_json, iou_markdown
 
@@ -28,19 +26,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--frames",
         f"views of each town and frames of the flight (default: {VIEWS}, and the whole flight)",
     )
-    parser.add_argument("--out", type=Path, metavar="DIR", help="receives iou.md and iou.csv")
+    add_path(parser, "--out", "DIR", "receives iou.md and iou.csv")
     add_count_option(parser, "--jobs", "processes; no influence on results (default: one a core)")
-    add_device_option(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    add_settings(parser, "device")
+    add_json_option(parser)
 
 
 def execute(arguments: argparse.Namespace) -> None:
     """Measure models on held-out towns."""
-    models = [load_model(name) for name in arguments.models]
+    models = [sunset.load_model(name) for name in arguments.models]
     if arguments.out is not None:
         make_folder(arguments.out)
     with stages_progress() as stage:
-        tables = measure_iou(
+        tables = sunset.measure_iou(
             models,
             frames=arguments.frames,
             jobs=arguments.jobs,

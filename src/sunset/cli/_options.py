@@ -1,18 +1,60 @@
 """Options that several verbs share."""
 
 import argparse
-from collections.abc import Sequence
+import sys
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import Field
 from pathlib import Path
-from typing import cast
+from types import NoneType
+from typing import Any, Final
 
-from sunset.api.options import Options, settings_of
-from sunset.api.running import campaign_of, run_spec_of
-from sunset.cli._parser import at_least_one
-from sunset.experiments import BenchSpec, RunSpec, Settings
-from sunset.perception import DEVICES
-from sunset.rmw.backends import BACKENDS, SIMULATED
-from sunset.scenarios import suite_names
-from sunset.system import DURATION_S, REPAIR, TASKS
+import sunset
+from sunset.cli._parser import Container, at_least_one
+
+MODEL: Final = ("model", "bag", "device")
+FLIGHT: Final = (*MODEL, "loop", "duration", "cache")
+LIVE: Final = ("middleware", "rate", "viewers")
+
+
+def add_settings(
+    parser: argparse.ArgumentParser, *names: str, without: Collection[str] = (), **helps: str
+) -> None:
+    """Add options of runs by their names in `sunset.Options`, or all but some; `helps` replaces the help of some."""
+    from sunset.experiments.settings import OPTIONS  # noqa: PLC0415  slow, and rarely needed
+
+    for name in names or [name for name in OPTIONS if name not in without]:
+        setting = OPTIONS[name]
+        words = {"help": setting.metadata["help"], **setting.metadata["words"]}
+        flag = words.pop("flag", f"--{name.replace('_', '-')}")
+        if name in helps:
+            words["help"] = helps[name]
+        parser.add_argument(flag, dest=name, **_typed(setting), **words)
+
+
+def _typed(setting: Field[Any]) -> dict[str, Any]:
+    """Return the arguments of `add_argument` that follow from the type of an option's default."""
+    default = setting.default
+    if isinstance(default, bool):
+        return {"action": "store_false" if default else "store_true"}
+    if isinstance(default, tuple):
+        return {"action": "append", "default": []}
+    if isinstance(default, float):
+        return {"type": float, "default": f"{default:g}"}
+    return {} if isinstance(default, NoneType) else {"default": default}
+
+
+def run_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return those arguments that are options of calls which run experiments."""
+    return _those(arguments, sunset.Options.__annotations__)
+
+
+def campaign_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return those arguments that are options of campaigns."""
+    return _those(arguments, sunset.CampaignOptions.__annotations__)
+
+
+def _those(arguments: argparse.Namespace, names: Mapping[str, object]) -> dict[str, Any]:
+    return {name: value for name, value in vars(arguments).items() if name in names}
 
 
 def add_campaign_options(
@@ -21,15 +63,15 @@ def add_campaign_options(
     suite: str,
     managers: str,
     repetitions: int,
-    what: str = "runs",
+    runs: str = "runs",
     more: str = "",
 ) -> None:
-    """Add what says which runs a campaign consists of, with these defaults; `more` is said of managing systems."""
+    """Add the options of campaigns, with these defaults; `more` ends the help on managing systems."""
     parser.add_argument(
         "--suite",
         default=suite,
         metavar="NAME|DIR",
-        help=f"one of {', '.join(suite_names())}, or a folder of scenario files",
+        help=f"one of {', '.join(sunset.list_suites())}, or a folder of scenario files",
     )
     parser.add_argument(
         "--scenarios",
@@ -52,35 +94,15 @@ def add_campaign_options(
         "also as LABEL=PATH",
     )
     parser.add_argument(
-        "--repetitions", type=int, default=repetitions, metavar="N", help=f"{what} a scenario"
+        "--repetitions", type=int, default=repetitions, metavar="N", help=f"{runs} a scenario"
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the first repetition")
-
-
-def campaign(arguments: argparse.Namespace, *, references: bool, score: bool) -> BenchSpec:
-    """Return the campaign that the options of `add_campaign_options` and those of its runs describe."""
-    return campaign_of(
-        arguments.suite,
-        arguments.managers,
-        _options(arguments),
-        scenarios=arguments.scenarios,
-        flights=arguments.flights,
-        repetitions=arguments.repetitions,
-        seed=arguments.seed,
-        references=references,
-        score=score,
-    )
-
-
-def run_spec(arguments: argparse.Namespace) -> RunSpec:
-    """Return the run that the arguments `scenario`, `manager` and `seed` and the options of runs describe."""
-    return run_spec_of(arguments.scenario, arguments.manager, arguments.seed, _options(arguments))
 
 
 def add_format_options(
     parser: argparse.ArgumentParser, formats: Sequence[str], text: str, default: str | None = "table"
 ) -> None:
-    """Add what says in which of some formats a result is printed."""
+    """Add the options for the format of a result."""
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--format", default=default, choices=formats, help=text)
     group.add_argument(
@@ -88,123 +110,27 @@ def add_format_options(
     )
 
 
+def add_flag(parser: Container, name: str, text: str) -> None:
+    """Add an option without a value."""
+    parser.add_argument(name, action="store_true", help=text)
+
+
+def add_path(parser: Container, name: str, metavar: str, text: str, **words: Any) -> None:
+    """Add an argument that is a path."""
+    parser.add_argument(name, type=Path, metavar=metavar, help=text, **words)
+
+
+def add_json_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option for JSON in place of text."""
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
 def add_count_option(parser: argparse.ArgumentParser, name: str, text: str) -> None:
     """Add an option that takes a whole number of at least 1."""
     parser.add_argument(name, type=at_least_one, metavar="N", help=text)
 
 
-def add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says which frames are segmented by what, and where."""
-    parser.add_argument("--model", default="lite", metavar="NAME|DIR", help="segmentation model")
-    parser.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 in place of the default flight")
-    add_device_option(parser)
-
-
-def add_device_option(
-    parser: argparse.ArgumentParser,
-    text: str = "what networks run on; between devices, last digits may differ",
-) -> None:
-    """Add what says where networks run."""
-    parser.add_argument("--device", default="cpu", choices=DEVICES, help=text)
-
-
-def add_rate_option(parser: argparse.ArgumentParser, text: str) -> None:
-    """Add what says how fast `/clock` runs."""
-    parser.add_argument("--rate", type=float, default="1", metavar="R", help=text)
-
-
-def add_flight_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says on which flight runs take place, and for how long."""
-    add_model_options(parser)
-    parser.add_argument(
-        "--loop", action="store_true", help="let a bag that is too short begin again at its first frame"
-    )
-    parser.add_argument(
-        "--duration",
-        type=float,
-        metavar="S",
-        help=f"seconds that are measured (default: those of the scenario, {DURATION_S:g} if it names none)",
-    )
-    parser.add_argument(
-        "--no-cache",
-        action="store_false",
-        dest="cache",
-        help="simulation: compute every inference again instead of looking it up",
-    )
-
-
-def add_run_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says how a scenario is run, whatever its managing system."""
-    add_flight_options(parser)
-    add_limit_option(parser)
-    parser.add_argument(
-        "--manager-env",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="let the managing system have this variable of your environment, such as the key of a service; no record "
-        "has its value (repeatable)",
-    )
-    parser.add_argument(
-        "--task",
-        default=REPAIR,
-        choices=TASKS,
-        help="what the managing system does: repair; or diagnose only, where all adaptations are refused",
-    )
-    parser.add_argument(
-        "--thinking",
-        type=float,
-        default="0",
-        metavar="S",
-        help="seconds of the experiment that every decision of the managing system takes",
-    )
-
-
-def add_limit_option(parser: argparse.ArgumentParser) -> None:
-    """Add what says how long a managing system may take."""
-    parser.add_argument(
-        "--manager-limit",
-        type=float,
-        default="30",
-        metavar="S",
-        help="processor time that a managing system may take to load, and for each of its callbacks, and a tenth of "
-        "the wall time; live, it is all the wall time",
-    )
-
-
-def add_images_option(parser: argparse.ArgumentParser) -> None:
-    """Add what says that images are kept."""
-    parser.add_argument(
-        "--images",
-        action="store_true",
-        help="keep all images in the record, losslessly: some 100 MB for 20 s",
-    )
-
-
-def add_middleware_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says where nodes run."""
-    places = "; ".join(f"{backend.name} = {backend.description}" for backend in BACKENDS.values())
-    parser.add_argument(
-        "--middleware", default=SIMULATED, choices=BACKENDS, help=f"where the nodes run: {places}"
-    )
-    add_rate_option(parser, "live: seconds of /clock in a second")
-    parser.add_argument(
-        "--viewer",
-        action="append",
-        default=[],
-        dest="viewers",
-        metavar="NODE",
-        help="live: full name of a node that only watches and may read everything, such as /rosbag2_recorder "
-        "(repeatable)",
-    )
-
-
-def run_settings(arguments: argparse.Namespace) -> Settings:
-    """Return the settings that the options of `add_run_options` and `add_middleware_options` describe."""
-    return settings_of(_options(arguments))
-
-
-def _options(arguments: argparse.Namespace) -> Options:
-    """Return those of the arguments that are options of the calls."""
-    given = {name: value for name, value in vars(arguments).items() if name in Options.__annotations__}
-    return cast("Options", given)
+def print_next_steps(steps: Sequence[tuple[str, str]]) -> None:
+    """Print suggested command lines, each with its purpose, on stderr."""
+    width = max(len(command) for command, _ in steps)
+    print("Next:", *(f"  {command:{width}}  {text}" for command, text in steps), sep="\n", file=sys.stderr)

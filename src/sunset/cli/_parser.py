@@ -1,28 +1,32 @@
 """The parser of the command line: a table of verbs, each of which is loaded when it is asked for."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any, Final, NamedTuple, NoReturn, TypeAlias
 
-from sunset import __version__
+import sunset
 from sunset.texts import sentence, suggestion
 
 EXIT_BAD_INPUT: Final = 2
 
 _MEANT: Final = {"gpu": "cuda"}
-"""Words that are more like a choice that is not meant."""
+"""Mistyped choice → the choice that is meant, although others are more like it."""
 
-Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # noqa: SLF001  it has no other name
+Actions: TypeAlias = "argparse._SubParsersAction[Parser]"  # noqa: SLF001  it lacks a public name
+
+
+Container: TypeAlias = argparse._ActionsContainer  # noqa: SLF001  likewise
+"""A parser, or a group of its arguments."""
 
 
 class Verb(NamedTuple):  # not a dataclass, whose module is slow to import
-    """What is known of a verb before its module is loaded.
+    """The facts of a verb that are needed before its module is loaded.
 
     Attributes:
-        help: what it does, in a line.
-        is_long: whether it tidies up when it is asked to end, and shows from the first second what it does.
-        continuation: how work goes on that was interrupted, where what was finished is kept.
+        help: its job, in a line.
+        is_long: whether SIGTERM ends it in order, and loading it is reported.
+        continuation: how interrupted work is continued, if finished work is kept.
         is_extensible: whether it takes extensions of the managed system.
     """
 
@@ -76,7 +80,7 @@ _EXTENSION: Final[Mapping[str, Any]] = {
 
 
 def split_extensions(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return the extensions that a command line names, wherever they stand, and the rest of it."""
+    """Return the extensions in a command line, and the rest of it."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     parser.add_argument("--extension", **_EXTENSION)
     try:
@@ -87,45 +91,37 @@ def split_extensions(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose complaint is one sentence.
+    """An argument parser that adds its arguments when it is first used, and complains in a sentence.
 
     Args:
-        module: the module beside this one whose `add_arguments` adds the arguments when they are needed first, and
-            whose `execute` does what they say, if it has no actions below it.
-        options: those of `argparse.ArgumentParser`.
+        add: adds the arguments.
+        options: as of `argparse.ArgumentParser`.
     """
 
-    def __init__(self, *, module: str = "", **options: Any) -> None:
+    def __init__(self, *, add: Callable[["Parser"], None] = lambda _: None, **options: Any) -> None:
         super().__init__(**options)
         self.register("type", int, _whole_number)
         self.register("type", float, _number)
         self.set_defaults(execute=lambda _: self.print_help())
-        self._missing = module
+        self._add = add
 
     def complete(self) -> None:
-        """Add the arguments, unless that was done before; let the help of each option say what its default is."""
-        module, self._missing = self._missing, ""
-        if module:
-            loaded = import_module(f"sunset.cli.{module}")
-            self.set_defaults(execute=getattr(loaded, "execute", self.get_default("execute")))
-            loaded.add_arguments(self)
-            if VERBS.get(module, Verb("")).is_extensible:
-                # `main` has taken them out of the command line already
-                for parser in (self, *self._below()):
-                    parser.add_argument("--extension", **_EXTENSION)
+        """Add the arguments, unless that was done before; add its default to the help of each option."""
+        add, self._add = self._add, lambda _: None
+        add(self)
         for action in self._actions:
             value, text = action.default, action.help
             has_default = type(value) in {str, int, float} and value not in {"", argparse.SUPPRESS}
             if has_default and text and "(default: " not in text:
                 action.help = f"{text} (default: %(default)s)"
 
-    def _below(self) -> list[argparse.ArgumentParser]:
+    def below(self) -> "list[Parser]":
         """Return the parsers of the actions."""
         groups = [action for action in self._actions if isinstance(action, argparse._SubParsersAction)]  # noqa: SLF001  see Actions
         return [parser for group in groups for parser in group.choices.values()]
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Suggest an option for a mistyped one, in the name of the verb; argparse complains in that of the program."""
+        """Complain of unknown arguments under the verb's name, and suggest a similar option; argparse does neither."""
         self.complete()
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
@@ -139,7 +135,7 @@ class Parser(argparse.ArgumentParser):
         return parsed, unknown
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
-        """Suggest a choice for a mistyped one."""
+        """Suggest the choice that is most like a mistyped choice."""
         if action.choices is not None and value not in action.choices:
             choices = [str(choice) for choice in action.choices]
             hint = suggestion(_MEANT.get(str(value), value), choices)
@@ -148,17 +144,16 @@ class Parser(argparse.ArgumentParser):
             )
 
     def error(self, message: str) -> NoReturn:
-        """Print one sentence and exit with code 2."""
+        """Print the complaint and exit with code 2."""
         text = sentence(message[:1].upper() + message[1:])
         self.exit(EXIT_BAD_INPUT, f"{self.prog}: {text}; '{self.prog} --help' lists what is expected.\n")
 
 
 def _joined_faults(words: Sequence[str]) -> str:
-    """Return how faults that stand apart are given as one scenario; empty if some word is not a fault."""
-    from sunset.system import find_fault  # noqa: PLC0415  slow, and rarely needed
-
+    """Return how separate faults are joined as a scenario; empty if a word is not a fault."""
+    known = {fault.name for fault in sunset.list_faults()}
     faults = [fault for word in words for fault in word.split("+") if fault or not word]
-    are_known = all(find_fault(fault.partition("=")[0]) for fault in faults)
+    are_known = all(fault.partition("=")[0] in known for fault in faults)
     return f"join faults by +: {'+'.join(faults)}" if are_known else ""
 
 
@@ -187,6 +182,22 @@ def at_least_one(text: str) -> int:
     return number
 
 
+def add_module(name: str) -> Callable[[Parser], None]:
+    """Return a function that imports a module of `cli`, and adds its arguments and its `execute`, if any."""
+
+    def add(parser: Parser) -> None:
+        module = import_module(f"sunset.cli.{name}")
+        if hasattr(module, "execute"):
+            parser.set_defaults(execute=module.execute)
+        module.add_arguments(parser)
+        if name in VERBS and VERBS[name].is_extensible:
+            # `main` has taken them out of the command line already
+            for each in (parser, *parser.below()):
+                each.add_argument("--extension", **_EXTENSION)
+
+    return add
+
+
 def make_parser() -> Parser:
     """Return the parser of the whole command line; a verb's module is loaded when its parser is used."""
     parser = Parser(
@@ -195,8 +206,8 @@ def make_parser() -> Parser:
         "system repair it, and measure how well it does.",
         epilog="'sunset VERB --help' explains one verb.",
     )
-    parser.add_argument("--version", action="version", version=f"sunset {__version__}")
+    parser.add_argument("--version", action="version", version=f"sunset {sunset.__version__}")
     verbs = parser.add_subparsers(title="verbs", metavar="VERB")
     for name, verb in VERBS.items():
-        verbs.add_parser(name, help=verb.help, module=name)
+        verbs.add_parser(name, help=verb.help, add=add_module(name))
     return parser

@@ -1,21 +1,20 @@
-"""Progress on stderr: what is being done, from its beginning to its end, however long its steps take."""
+"""Progress on stderr, from the beginning of a stage to its end, however long its steps take."""
 
 import os
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, redirect_stdout
 from datetime import timedelta
+from functools import partial
 from time import monotonic
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-from sunset.data import RENDERING, flights_folder
+if TYPE_CHECKING:
+    from rich.console import Console
 
 BUILDING: Final = "Building the town"
-"""What is done before the first frame of a flight is rendered."""
+"""The stage before the first frame of a flight is rendered."""
 
 _QUICK_S: Final = 0.5
 """Stages shorter than this print no line."""
@@ -27,7 +26,7 @@ _SHARE: Final = 1 / 30
 
 
 _drawing = threading.Lock()
-# a process that is forked in the middle of a line would wait for ever for the locks of what writes it
+# a process that is forked while a line is written would wait for its locks for ever
 os.register_at_fork(
     before=_drawing.acquire, after_in_parent=_drawing.release, after_in_child=_drawing.release
 )
@@ -35,11 +34,12 @@ os.register_at_fork(
 
 @contextmanager
 def progress_bar(text: str) -> Iterator[Callable[..., None]]:
-    """Draw what is being done and for how long; give a function `(done, total, note)` that says how far it is.
+    """Draw a stage and its duration; give a function `(done, total, note)` that updates it.
 
-    Where stderr is not a terminal, or one that cannot draw, lines stand in for the bar, further apart where it takes
-    very long.
+    If stderr is not a terminal, or cannot draw, lines replace the bar; after ten minutes they come less often.
     """
+    from rich.console import Console  # noqa: PLC0415  slow, and many verbs show no progress
+
     console = Console(stderr=True)
     draws = console.is_terminal and not console.is_dumb_terminal
     with _bar(console, text) if draws else _lines(text) as update:
@@ -47,7 +47,15 @@ def progress_bar(text: str) -> Iterator[Callable[..., None]]:
 
 
 @contextmanager
-def _bar(console: Console, text: str) -> Iterator[Callable[..., None]]:
+def _bar(console: "Console", text: str) -> Iterator[Callable[..., None]]:
+    from rich.progress import (  # noqa: PLC0415  likewise
+        BarColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -77,7 +85,7 @@ def _bar(console: Console, text: str) -> Iterator[Callable[..., None]]:
 def _lines(text: str) -> Iterator[Callable[..., None]]:
     began = monotonic()
     count = left = ""
-    first: tuple[float, int] | None = None  # when it first said how far it was: what is resumed is not at 0
+    first: tuple[float, int] | None = None  # the first update: resumed work does not begin at 0
     shown: str | None = None
 
     def draw() -> float:
@@ -105,7 +113,7 @@ def _lines(text: str) -> Iterator[Callable[..., None]]:
 
 @contextmanager
 def _repeating(draw: Callable[[], float], pause_s: float) -> Iterator[None]:
-    """Call `draw` after a pause, and again after each pause that it returns, whatever else is done meanwhile."""
+    """Call `draw` on a thread after a pause, and again after each pause that it returns."""
     over = threading.Event()
 
     def repeat() -> None:
@@ -125,43 +133,74 @@ def _repeating(draw: Callable[[], float], pause_s: float) -> Iterator[None]:
 
 @contextmanager
 def rendering_progress() -> Iterator[Callable[[str, int, int], None]]:
-    """Give the progress of loading what a run needs, and of rendering and measuring its flight, which happens once."""
+    """Give the progress of preparing runs: loading models and bags, and rendering and measuring new flights."""
     with stages_progress() as stage:
         yield rendering_stages(stage)
 
 
 def rendering_stages(stage: Callable[..., None]) -> Callable[[str, int, int], None]:
-    """Return what `rendering_progress` gives, on a function that `stages_progress` gave."""
+    """Return the function of `rendering_progress`, on a function of `stages_progress`."""
+    from sunset.data import RENDERING, flights_folder  # noqa: PLC0415  slow, and not needed for the bars
+
     stage("Preparing")
 
-    def update(what: str, done: int, total: int) -> None:
-        if what == RENDERING and done == 0:
-            folder = flights_folder()
+    def update(name: str, done: int, total: int) -> None:
+        if name == RENDERING and done == 0:
             print(
-                f"The frames of the flight are rendered once, into {folder}; later runs read them there.",
+                f"The frames of the flight are rendered once, into {flights_folder()}; later runs read them there.",
                 file=sys.stderr,
             )
             stage(BUILDING)  # which takes longer than many frames
-            return
-        stage(what, done, total)
-        if done == total:
-            stage("Preparing")
+        elif not total:
+            stage(name)
+        else:
+            stage(name, done, total)
+            if done == total:
+                stage("Preparing")
 
     return update
 
 
 @contextmanager
+def run_progress(
+    text: str, campaigns: int = 1
+) -> "Iterator[tuple[Callable[[str, int, int], None], RunCounter]]":
+    """Give the progress of preparing runs and of the runs, the stage `text`; output of runs goes to stderr."""
+    with redirect_stdout(sys.stderr), stages_progress() as stage:
+        yield rendering_stages(stage), RunCounter(partial(stage, text), campaigns)
+
+
+@contextmanager
 def stages_progress() -> Iterator[Callable[..., None]]:
-    """Give a function `(what, done, total, note)` that draws one bar after the other; without numbers it begins one."""
+    """Give a function `(stage, done, total, note)` that draws a bar for each stage; without numbers it begins a bar."""
     with ExitStack() as bars:
         current: dict[str, Callable[..., None]] = {}
 
-        def update(what: str, done: int | None = None, total: int = 0, note: str = "") -> None:
-            if what not in current:
+        def update(name: str, done: int | None = None, total: int = 0, note: str = "") -> None:
+            if name not in current:
                 bars.close()
                 current.clear()
-                current[what] = bars.enter_context(progress_bar(what))
+                current[name] = bars.enter_context(progress_bar(name))
             if done is not None:
-                current[what](done, total, note)
+                current[name](done, total, note)
 
         yield update
+
+
+class RunCounter:
+    """Passes the progress of campaigns on and counts their runs; each begins with the number of stored runs."""
+
+    def __init__(self, update: Callable[[int, int], None], campaigns: int) -> None:
+        self._update = update
+        self._calls = -campaigns
+        self._total = 0
+
+    def __call__(self, done: int, total: int) -> None:
+        """Note that so many runs are finished."""
+        self._calls += 1
+        self._total = total
+        self._update(done, total)
+
+    def __str__(self) -> str:
+        """Return how many runs were done."""
+        return f"{self._calls} runs done, {self._total - self._calls} were there already."

@@ -1,4 +1,4 @@
-"""`sunset ros`: who and what is on the graph."""
+"""`sunset ros`: nodes, topics and services on the graph."""
 
 import argparse
 
@@ -25,7 +25,7 @@ def node_list(arguments: argparse.Namespace) -> None:
 
 
 def node_info(arguments: argparse.Namespace) -> None:
-    """Print what a node consists of."""
+    """Print a node's publishers, subscribers and services."""
     with session(arguments) as graph:
         node = graph.find_node(arguments.node)
         graph.look_around()

@@ -44,7 +44,7 @@ def _plain_message(message: Message, *, arrays: bool, limit: int) -> dict[str, o
 def _plain(kind: FieldType, value: object, *, arrays: bool, limit: int) -> object:
     if isinstance(value, Message):
         return _plain_message(value, arrays=arrays, limit=limit)
-    if isinstance(value, bytes):  # one byte
+    if isinstance(value, bytes):  # a single byte
         return value.decode("latin-1")
     if isinstance(value, str):
         return value if len(value) <= limit else f"{value[:limit]}..."
@@ -96,10 +96,6 @@ def message_from_yaml(text: str, kind: type[Message]) -> Message:
         text: such as `{data: true}`; nothing at all is an empty mapping.
         kind: the class of the message.
 
-    Raises:
-        InvalidInputError: it is not valid YAML.
-        InterfaceError: it does not fit the definition.
-
     >>> from sunset.interfaces.lifecycle_msgs.srv import ChangeState
     >>> message_from_yaml("{transition: {label: configure}}", ChangeState.Request)
     Request(transition=Transition(id=0, label='configure'))
@@ -132,7 +128,7 @@ def _message(values: object, kind: type[Message], path: str) -> Message:
 
 
 def _value(kind: FieldType, value: object, path: str) -> object:
-    """Return what a field holds; what does not fit stays as it is, for `serialize` to name it."""
+    """Return a field's value; a value that does not fit is returned as it is, for `serialize` to name it."""
     if kind.is_array:
         if not isinstance(value, list) or kind.is_numpy:
             return value

@@ -18,13 +18,13 @@ _REPORT_S = 1.0
 
 
 def topic_echo(arguments: argparse.Namespace) -> None:
-    """Print the messages on a topic until Ctrl-C, or one."""
+    """Print the messages on a topic until Ctrl-C, or a single message."""
     with suppress(KeyboardInterrupt), session(arguments) as graph:
         messages: list[Message] = []
         _subscribe(graph, arguments.topic, messages.append)
         while True:
             graph.spin_once()
-            while messages:  # printed here, since what a callback raises is taken for a fault of the node
+            while messages:  # printed here, since an exception in a callback would be reported as the node's
                 text = message_to_yaml(
                     messages.pop(0), arrays=not arguments.no_arr, whole=arguments.full_length
                 )
@@ -68,12 +68,7 @@ def rate_text(times: Iterable[float]) -> str:
 
 
 def _subscribe(graph: Session, name: str, callback: Callable[[Message], object]) -> None:
-    """Listen to a topic, as reliably as all its publishers allow.
-
-    Raises:
-        NotThereError: nothing publishes on it.
-        InvalidInputError: its type is unknown here.
-    """
+    """Listen to a topic, as reliably as all its publishers allow."""
     topic = absolute(name)
     publishers = graph.find(
         lambda: graph.endpoints(topic, [EndpointKind.PUBLISHER]),

@@ -1,9 +1,9 @@
-"""`sunset bundle`: a campaign as one file that others can check."""
+"""`sunset bundle`: a campaign as a file that others can check."""
 
 import argparse
-from pathlib import Path
 
-from sunset.api import bundle
+import sunset
+from sunset.cli._options import add_path
 from sunset.cli._progress import progress_bar
 
 
@@ -14,8 +14,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "systems and extensions, checksums, metadata as an RO-Crate, and what to cite. The same campaign, options and "
         "date give the same bytes. 'sunset verify' checks the file."
     )
-    parser.add_argument("folder", type=Path, metavar="DIR", help="what 'sunset bench --out' wrote")
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE.zip", help="the file to write")
+    add_path(parser, "folder", "DIR", "what 'sunset bench --out' wrote")
+    add_path(parser, "--out", "FILE.zip", "the file to write", required=True)
     parser.add_argument(
         "--title", default="", help="of the bundle (default: one made of the campaign's plan)"
     )
@@ -38,9 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Write the file, and print what is in it."""
+    """Write the file, and print its contents."""
     with progress_bar("Checking the campaign") as progress:
-        written = bundle(
+        bundle = sunset.bundle(
             arguments.folder,
             arguments.out,
             title=arguments.title,
@@ -49,4 +49,4 @@ def execute(arguments: argparse.Namespace) -> None:
             date=arguments.date,
             progress=progress,
         )
-    print(written)
+    print(bundle)

@@ -1,16 +1,14 @@
-"""`sunset completion`: what a shell completes this command line with."""
+"""`sunset completion`: completion of this command line by a shell."""
 
 import argparse
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
+import sunset
+from sunset.api.catalogue import scenario_names
 from sunset.cli._parser import Parser, make_parser
 from sunset.errors import MissingExtraError
-from sunset.managing import MANAGERS
-from sunset.perception import list_models
-from sunset.scenarios import scenario_names, suite_names
-from sunset.system import current_system
 
 _SHELLS: Final = ("bash", "zsh", "fish", "tcsh")
 
@@ -40,17 +38,21 @@ def execute(arguments: argparse.Namespace) -> None:
 
 
 def _complete(parser: Parser, files: object) -> None:
-    """Tell each option and argument of a parser, and of those below it, by which names and files it is completed."""
+    """Set the names and files that complete each argument of a parser, and of those below it."""
     parser.complete()
-    faults = current_system().faults
+    faults, managers, models = (
+        [fault.name for fault in sunset.list_faults()],
+        sunset.list_managers(),
+        sunset.list_models(),
+    )
     names = {
         "fault": faults,
-        "manager": MANAGERS,
-        "managers": MANAGERS,
-        "model": list_models(),
-        "models": list_models(),
+        "manager": managers,
+        "managers": managers,
+        "model": models,
+        "models": models,
         "scenario": (*scenario_names(), *faults),
-        "suite": suite_names(),
+        "suite": sunset.list_suites(),
     }
     for action in parser._actions:  # noqa: SLF001  shtab goes through them as well
         if isinstance(action, argparse._SubParsersAction):  # noqa: SLF001  likewise

@@ -9,9 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from sunset.api import render_flight
-from sunset.cli._options import add_count_option
-from sunset.cli._parser import Actions
+import sunset
+from sunset.cli._options import add_count_option, add_flag, add_path
+from sunset.cli._parser import Actions, Parser
 from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
     DEPTH_UNITS,
@@ -27,7 +27,6 @@ from sunset.data import (
     PictureFolder,
     Reading,
     SynDroneFlight,
-    bag_statistics,
     default_flight,
     find_pictures,
     find_syndrone,
@@ -54,7 +53,7 @@ _OF_SOURCES: Final = (
 _RATES_HZ: Final = (0.1, 1000)
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_arguments(parser: Parser) -> None:
     """Complete the verb's parser."""
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     _add_render(actions)
@@ -63,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     looking.add_argument(
         "path", nargs="?", type=Path, help="a rosbag2 or SynDrone's folder (default: the default flight)"
     )
-    looking.add_argument("--json", action="store_true", help="print one JSON object")
+    add_flag(looking, "--json", "print one JSON object")
     looking.set_defaults(execute=info)
 
 
@@ -96,17 +95,19 @@ def _add_import(actions: Actions) -> None:
         "it, and write it as a rosbag2 (MCAP) that 'sunset run --bag' plays.",
     )
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("--syndrone", type=Path, metavar="DIR", help="the folder that holds TownNN_Opt_120")
-    source.add_argument(
-        "--pictures",
-        type=Path,
-        metavar="DIR",
-        help="a folder with pictures in rgb, depth and, if any, labels",
-    )
-    source.add_argument("--bag", type=Path, metavar="PATH", help="a rosbag2 folder or file")
+    add_path(source, "--syndrone", "DIR", "the folder that holds TownNN_Opt_120")
+    add_path(source, "--pictures", "DIR", "a folder with pictures in rgb, depth and, if any, labels")
+    add_path(source, "--bag", "PATH", "a rosbag2 folder or file")
     parser.add_argument("--town", default="1", metavar="N", help="SynDrone's, 1 to 7 or 10HD")
     parser.add_argument("--height", type=int, default=50, metavar="M", help="SynDrone's, 20, 50 or 80")
     parser.add_argument("--weather", metavar="NAME", help="SynDrone's, where a town has several")
+    _add_reading(parser)
+    add_count_option(parser, "--jobs", "reading threads (default: one a core)")
+    _add_out(parser)
+    parser.set_defaults(execute=import_flight)
+
+
+def _add_reading(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--frames",
         type=_span,
@@ -128,19 +129,10 @@ def _add_import(actions: Actions) -> None:
         default=SYNDRONE.depth_unit,
         help="of whole numbers: counts of 1000 / 65535 m, or millimetres (default: counts)",
     )
-    add_count_option(parser, "--jobs", "reading threads (default: one a core)")
-    _add_out(parser)
-    parser.set_defaults(execute=import_flight)
 
 
 def _add_out(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
-    parser.add_argument(
-        "--out",
-        type=Path,
-        required=required,
-        metavar="PATH",
-        help="the new bag: a folder, or a file in .mcap or .db3",
-    )
+    add_path(parser, "--out", "PATH", "the new bag: a folder, or a file in .mcap or .db3", required=required)
 
 
 def _span(text: str) -> tuple[int | None, int | None]:
@@ -176,8 +168,10 @@ def render(arguments: argparse.Namespace) -> None:
     plan = FlightPlan.of(FlightSpec.of(given), arguments.frames)
     with stages_progress() as stage:
         stage(BUILDING)  # before there is a frame
-        folder = render_flight(arguments.out, plan, jobs=arguments.jobs, progress=partial(stage, RENDERING))
-    _tell(plan.frames, folder)
+        folder = sunset.render_flight(
+            arguments.out, plan, jobs=arguments.jobs, progress=partial(stage, RENDERING)
+        )
+    _print_place(plan.frames, folder)
 
 
 def import_flight(arguments: argparse.Namespace) -> None:
@@ -216,7 +210,7 @@ def import_flight(arguments: argparse.Namespace) -> None:
 
 
 def _check_source(arguments: argparse.Namespace) -> None:
-    """Refuse options that the source has no use for."""
+    """Refuse options that the source does not use."""
     (source,) = (name for name in _SOURCES if getattr(arguments, name) is not None)
     for option, unset, sources in _OF_SOURCES:
         if source not in sources and getattr(arguments, option.replace("-", "_")) != unset:
@@ -253,17 +247,17 @@ def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], reading
                 progress(done, len(stamps_ns))
 
         write_bag(out, counted(), stamps_ns)
-    _tell(len(stamps_ns), out)
+    _print_place(len(stamps_ns), out)
     for sentence in (reading, *(evidence.doubts() if reading == SYNDRONE else ())):
         print(sentence, file=sys.stderr)
 
 
-def _tell(frames: int, out: Path) -> None:
+def _print_place(frames: int, out: Path) -> None:
     print(f"The flight of {frames} frames is in {out}.", file=sys.stderr)
 
 
 def info(arguments: argparse.Namespace) -> None:
-    """Print what a bag or a folder of SynDrone's holds."""
+    """Print the contents of a bag or a folder of SynDrone."""
     if arguments.path is None:
         with rendering_progress() as progress:
             path = default_flight(progress=partial(progress, RENDERING))
@@ -272,8 +266,8 @@ def info(arguments: argparse.Namespace) -> None:
     if is_syndrone(path):
         contents, text = _syndrone(path)
     else:
-        with read_bag(path) as reader, progress_bar("Looking") as progress:
-            statistics = bag_statistics(reader, progress=progress)
+        with progress_bar("Looking") as progress:
+            statistics = sunset.bag_statistics(path, progress=progress)
         contents, text = statistics.to_json(), _bag_text(statistics)
     print(json.dumps(contents, sort_keys=True) if arguments.json else printable(text))
 

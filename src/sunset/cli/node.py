@@ -1,7 +1,8 @@
-"""`sunset node`: one node as a process of its own, on DDS."""
+"""`sunset node`: a node as a process of its own, on DDS."""
 
 import argparse
 
+from sunset.cli._options import add_flag
 from sunset.harness.node_process import NodeSpec, node_names, run_node
 from sunset.system import MANAGING_SYSTEM
 
@@ -28,10 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_network_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says who hears a live system."""
-    parser.add_argument(
-        "--network", action="store_true", help="be heard beyond this computer, which is the default's limit"
-    )
+    """Add the options for the network of a live system."""
+    add_flag(parser, "--network", "be heard beyond this computer, which is the default's limit")
     parser.add_argument(
         "--ros-distro",
         metavar="NAME",

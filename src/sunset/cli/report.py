@@ -1,23 +1,15 @@
-"""`sunset report`: the table of stored runs, or the time line of one run."""
+"""`sunset report`: the table of stored runs, or the time line of a run."""
 
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
-from sunset.api.site import write_site
-from sunset.cli._options import add_format_options
+import sunset
+from sunset.api.results import FORMATS, RUNS_FORMATS, is_run, print_story, unfinished_remark
+from sunset.cli._options import add_flag, add_format_options, add_path
 from sunset.cli._progress import progress_bar
-from sunset.errors import InvalidInputError, RecordError
-from sunset.evaluation import (
-    FORMATS,
-    RUNS_FORMATS,
-    render_report,
-    render_runs,
-    write_figures,
-)
-from sunset.experiments import count_runs
-from sunset.published import paper_report
-from sunset.recording import RUN_FILE, read_stored_run
+from sunset.errors import InvalidInputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,25 +18,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Read the runs below a folder and print their report; of the folder of one run, print its "
         "time line. Nothing is run again."
     )
-    parser.add_argument(
+    add_path(
+        parser,
         "path",
-        type=Path,
-        metavar="PATH",
-        help="what 'sunset bench --out' or 'run --out' wrote; with --paper, also published logs",
+        "PATH",
+        "what 'sunset bench --out' or 'run --out' wrote; with --paper, also published logs",
     )
     add_format_options(
         parser, FORMATS, "how the table is printed (default: table; of one run, its time line)", default=None
     )
-    parser.add_argument(
+    add_flag(
+        parser,
         "--paper",
-        action="store_true",
-        help="print the paper's five figures by the published evaluation script, with the published ones; PATH may be "
+        "print the paper's five figures by the published evaluation script, with the published ones; PATH may be "
         "a log of the published exemplar, or a folder of logs",
     )
-    parser.add_argument(
+    add_flag(
+        parser,
         "--runs",
-        action="store_true",
-        help=f"list the runs, a row each, in place of the table: --format {' or '.join(RUNS_FORMATS)} "
+        f"list the runs, a row each, in place of the table: --format {' or '.join(RUNS_FORMATS)} "
         f"(default: {RUNS_FORMATS[0]})",
     )
     parser.add_argument(
@@ -53,94 +45,55 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="every",
         help="print every figure, and not the first page only; JSON, CSV and pages have all anyway",
     )
-    parser.add_argument(
-        "--site",
-        type=Path,
-        metavar="DIR",
-        help="write a new folder to publish: the table, and a page for each run",
-    )
-    parser.add_argument(
-        "--figures",
-        type=Path,
-        metavar="DIR",
-        help="write a new folder with the figures of the table, each as PDF, SVG, PNG and CSV",
-    )
-    parser.add_argument(
-        "--recompute",
-        action="store_true",
-        help="compute every metric from the recorded messages again instead of reading the stored ones",
-    )
+    recompute = "compute every metric from the recorded messages again instead of reading the stored ones"
+    add_flag(parser, "--recompute", recompute)
+    add_path(parser, "--site", "DIR", "write a new folder to publish: the table, and a page for each run")
+    figures = "write a new folder with the figures of the table, each as PDF, SVG, PNG and CSV"
+    add_path(parser, "--figures", "DIR", figures)
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Print the report."""
-    form, again = arguments.format, arguments.recompute
-    folder = arguments.path
+    """Print the report, or write a folder."""
+    form, recompute, path = arguments.format, arguments.recompute, arguments.path
     if arguments.paper:
-        _print_paper(folder, arguments)
+        if arguments.runs or recompute or arguments.site or arguments.figures:
+            raise InvalidInputError("Leave out --runs, --site, --figures and --recompute with --paper.")
+        print(_report("Reading logs", path, form, paper=True).rstrip("\n"))
     elif arguments.figures is not None:
-        _write_figures(folder, arguments)
+        if form or arguments.runs or arguments.site:
+            raise InvalidInputError(
+                "Figures have formats of their own: leave out --format, --json, --runs and --site with --figures."
+            )
+        with progress_bar("Reading runs") as progress:
+            print(
+                sunset.write_figures(path, arguments.figures, recompute=recompute, progress=progress),
+                file=sys.stderr,
+            )
     elif arguments.site is not None:
-        if form or again or arguments.runs:
+        if form or recompute or arguments.runs:
             raise InvalidInputError(
                 "A site has a format of its own: leave out --format, --json, --runs and --recompute."
             )
         with progress_bar("Writing pages") as progress:
-            page = write_site(folder, arguments.site, progress=progress)
+            page = sunset.write_site(path, arguments.site, progress=progress)
         print(f"The site begins with {page}.", file=sys.stderr)
     elif arguments.runs:
-        with progress_bar("Reading runs") as progress:
-            text = render_runs(
-                folder, form or RUNS_FORMATS[0], recompute=again, progress=progress if again else None
-            )
-        print(text, end="")
-    elif form is None and not again and not arguments.every and (folder / RUN_FILE).is_file():
-        read_stored_run(folder).print_story()
+        print(_report("Reading runs", path, form, runs=True, recompute=recompute), end="")
+    elif form is None and not (recompute or arguments.every) and is_run(path):
+        print_story(path)
     else:
-        print_report(folder, form or "table", every=arguments.every, recompute=again)
+        form = form or FORMATS[0]
+        text = _report("Reading runs", path, form, every=arguments.every, recompute=recompute)
+        print_table(path, text, form)
 
 
-def _print_paper(path: Path, arguments: argparse.Namespace) -> None:
-    """Print the paper's figures by the published evaluation script."""
-    if arguments.runs or arguments.recompute or arguments.site or arguments.figures:
-        raise InvalidInputError("Leave out --runs, --site, --figures and --recompute with --paper.")
-    with progress_bar("Reading logs") as progress:
-        text = paper_report(path, arguments.format or "table", progress=progress)
+def _report(title: str, path: Path, form: str | None, **options: Any) -> str:
+    with progress_bar(title) as progress:
+        return sunset.report(path, form, progress=progress, **options)
+
+
+def print_table(folder: Path, text: str, form: str) -> None:
+    """Print the report of a folder on stdout, and a remark if its campaign is not finished."""
     print(text.rstrip("\n"))
-
-
-def _write_figures(folder: Path, arguments: argparse.Namespace) -> None:
-    """Write the figures of stored runs."""
-    if arguments.format or arguments.runs or arguments.site:
-        raise InvalidInputError(
-            "Figures have formats of their own: leave out --format, --json, --runs and --site with --figures."
-        )
-    again = arguments.recompute
-    with progress_bar("Reading runs") as progress:
-        written = write_figures(
-            folder, arguments.figures, recompute=again, progress=progress if again else None
-        )
-    print(written, file=sys.stderr)
-
-
-def print_report(folder: Path, form: str, *, every: bool = False, recompute: bool = False) -> None:
-    """Print the report of a folder of runs on stdout."""
-    with progress_bar("Reading runs") as progress:
-        text = render_report(
-            folder, form, every=every, recompute=recompute, progress=progress if recompute else None
-        )
-    print(text.rstrip("\n"))
-    remarks = sys.stdout if form == "table" else sys.stderr
-    try:
-        counted = count_runs(folder)
-    except RecordError as error:
-        print(
-            f"The campaign in {folder} may not be finished, since its plan cannot be read: {error}",
-            file=remarks,
-        )
-        return
-    if counted is not None and counted[0] < counted[1]:
-        print(
-            f"The campaign in {folder} is not finished: {counted[0]} of {counted[1]} runs are there.",
-            file=remarks,
-        )
+    if remark := unfinished_remark(folder):
+        print(remark, file=sys.stdout if form == "table" else sys.stderr)

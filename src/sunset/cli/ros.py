@@ -9,7 +9,8 @@ from typing import Final, TypeAlias
 from sunset.cli import _ros_graph as graph
 from sunset.cli import _ros_services as services
 from sunset.cli import _ros_topics as topics
-from sunset.cli._parser import Actions, at_least_one
+from sunset.cli._options import add_flag
+from sunset.cli._parser import Actions, Parser, at_least_one
 from sunset.cli._ros_session import NotThereError
 
 EXIT_NOT_THERE: Final = 1
@@ -18,7 +19,7 @@ EXIT_NOT_THERE: Final = 1
 _Command: TypeAlias = Callable[[argparse.Namespace], int | None]
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_arguments(parser: Parser) -> None:
     """Complete the verb's parser."""
     parser.description = (
         "The commands of 'ros2' for machines without ROS. Exit code 1: a node, topic, parameter or service does "
@@ -57,10 +58,8 @@ def _add_topic(actions: Actions) -> None:
     )
     echo = _add(actions, "echo", topics.topic_echo, "print messages, until Ctrl-C")
     echo.add_argument("topic", metavar="TOPIC")
-    echo.add_argument("--once", action="store_true", help="print one message and end")
-    echo.add_argument(
-        "--no-arr", action="store_true", help="print type and length of arrays instead of elements"
-    )
+    add_flag(echo, "--once", "print one message and end")
+    add_flag(echo, "--no-arr", "print type and length of arrays instead of elements")
     echo.add_argument(
         "-f",
         "--full-length",
@@ -116,11 +115,7 @@ def _add(actions: Actions, name: str, command: _Command, text: str) -> argparse.
     common.add_argument(
         "--domain-id", type=int, metavar="N", help="the domain, 0 to 232 (default: ROS_DOMAIN_ID, else 0)"
     )
-    common.add_argument(
-        "--network",
-        action="store_true",
-        help="hear other computers too, and be heard by them (default: this one only)",
-    )
+    add_flag(common, "--network", "hear other computers too, and be heard by them (default: this one only)")
     common.add_argument(
         "--timeout",
         type=_seconds,
@@ -143,7 +138,7 @@ def _seconds(text: str) -> float:
 
 
 def _reporting(command: _Command) -> _Command:
-    """Return a command that says in a sentence what does not exist."""
+    """Return a command that reports in a sentence that a name does not exist."""
 
     def execute(arguments: argparse.Namespace) -> int | None:
         try:

@@ -1,20 +1,17 @@
-"""`sunset run`: run one scenario and measure the adaptation."""
+"""`sunset run`: run a scenario and measure the adaptation."""
 
 import argparse
 import json
 import shlex
 import sys
 import tempfile
-from contextlib import redirect_stdout
 from pathlib import Path
 
-from sunset.cli._options import add_images_option, add_middleware_options, add_run_options, run_spec
-from sunset.cli._prepare import prepare_flight, warn_of_walls
-from sunset.cli._progress import progress_bar
-from sunset.cli._steps import print_next_steps
+import sunset
+from sunset.api.running import DEFAULT_SCENARIO, keep_last_run
+from sunset.cli._options import add_flag, add_path, add_settings, print_next_steps, run_options
+from sunset.cli._progress import run_progress
 from sunset.errors import OutputError
-from sunset.experiments import DEFAULT_SCENARIO, keep_last_run, run
-from sunset.managing import MANAGERS
 from sunset.texts import printable
 
 
@@ -34,33 +31,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--manager",
         default="baseline",
         metavar="[LABEL=]NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND",
-        help=f"the managing system: {', '.join(MANAGERS)}, or your own; live, also external, which you start",
+        help=f"the managing system: {', '.join(sunset.list_managers())}, or your own; live, also external, which you "
+        "start",
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="a whole number from 0 on")
-    add_run_options(parser)
-    add_middleware_options(parser)
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="keep the record in this new folder, and not only until the next run",
-    )
-    add_images_option(parser)
-    parser.add_argument(
-        "--json", action="store_true", help="print one JSON object on stdout and nothing else"
-    )
+    add_settings(parser)
+    add_path(parser, "--out", "DIR", "keep the record in this new folder, and not only until the next run")
+    add_flag(parser, "--json", "print one JSON object on stdout and nothing else")
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Run, and print."""
-    spec = run_spec(arguments)
-    prepare_flight(spec)
-    warn_of_walls([spec.manager])
+    """Run, and print the time line."""
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         folder = arguments.out or Path(temporary) / "run"
-        with progress_bar("Running"), redirect_stdout(sys.stderr):
-            # what is logged stands in the time line, which JSON has not, and which a live run leaves much later
-            result = run(spec, folder, log=arguments.json or spec.settings.live)
+        with run_progress("Running") as (preparing, _):
+            result = sunset.run(
+                arguments.scenario,
+                arguments.manager,
+                seed=arguments.seed,
+                out=folder,
+                # the log is part of the time line, which JSON lacks, and which a live run prints much later
+                log=arguments.json or arguments.middleware != "sim",
+                preparing=preparing,
+                **run_options(arguments),
+            )
         if result.record.manager_failed is not None:
             print(f"{printable(result.record.manager_failed)} The run went on without it.", file=sys.stderr)
         if arguments.json:
@@ -80,7 +74,7 @@ def _keep(folder: Path) -> str:
     """Keep the record until the next run, and return the command that shows it; empty where it cannot be kept."""
     try:
         record = keep_last_run(folder)
-    except OutputError as error:  # what the run is for has been printed
+    except OutputError as error:  # the result of the run has been printed
         print(error, file=sys.stderr)
         return ""
     print(f"The record is in {record} until the next run; '--out DIR' keeps it.", file=sys.stderr)
@@ -88,7 +82,7 @@ def _keep(folder: Path) -> str:
 
 
 def _next_steps(arguments: argparse.Namespace, view: str) -> list[tuple[str, str]]:
-    """Return what a newcomer may do after the default scenario."""
+    """Return suggestions for a newcomer after the default scenario."""
     steps = [(view, "look at this run, frame by frame")] if view else []
     if arguments.manager in {"none", "baseline"}:
         better = "sunset run --manager reactive" + (

@@ -3,13 +3,13 @@
 import argparse
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from time import monotonic
+from typing import Any
 
-from sunset.api import train_model
-from sunset.cli._options import add_count_option, add_device_option
+import sunset
+from sunset.api.models import missing_networks
+from sunset.cli._options import add_count_option, add_flag, add_path, add_settings
 from sunset.cli._progress import stages_progress
-from sunset.experiments.resources import missing_networks
 from sunset.training import CONFIGS, MODALITIES
 
 
@@ -19,6 +19,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Render frames of towns that the flight is not over, train the networks, calibrate "
         "their thresholds, and write a model folder with its card. Needs the extra 'train'."
     )
+    _add_networks(parser)
+    _add_scale(parser)
+    parser.add_argument(
+        "--compile",
+        action="store_true",
+        dest="compiled",
+        help="let torch compile the networks; needs a C compiler",
+    )
+    add_count_option(parser, "--minutes", "stop after so many minutes, with exit code 1; --resume continues")
+    add_flag(parser, "--resume", "continue the training in the work folder where it was interrupted")
+    add_path(parser, "--work", "DIR", "keeps frames, checkpoints and logs", default="training")
+    add_path(parser, "--out", "DIR", "the model's folder", required=True)
+
+
+def _add_networks(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", choices=list(CONFIGS), default="lite", help="architecture and schedule")
     parser.add_argument("--name", metavar="NAME", help="the model's name (default: its folder's)")
     parser.add_argument(
@@ -40,6 +55,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MODEL",
         help="train a model's networks further: a name or a folder (default: from random weights)",
     )
+
+
+def _add_scale(parser: argparse.ArgumentParser) -> None:
     add_count_option(
         parser,
         "--frames",
@@ -51,45 +69,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--batch",
         "frames a step, more of which fill an accelerator (default: as planned for --model)",
     )
-    add_device_option(parser, "what networks are trained on; auto: CUDA where torch offers it")
-    parser.add_argument(
-        "--compile", action="store_true", help="let torch compile the networks; needs a C compiler"
-    )
+    add_settings(parser, "device", device="what networks are trained on; auto: CUDA where torch offers it")
     add_count_option(parser, "--jobs", "processes that render and measure (default: one a core)")
-    add_count_option(parser, "--minutes", "stop after so many minutes, with exit code 1; --resume continues")
-    parser.add_argument(
-        "--resume",
-        action="store_true",
-        help="continue the training in the work folder where it was interrupted",
-    )
-    parser.add_argument(
-        "--work", type=Path, default="training", metavar="DIR", help="keeps frames, checkpoints and logs"
-    )
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="the model's folder")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Train."""
+    names = sunset.TrainingOptions.__annotations__
+    options: dict[str, Any] = {name: value for name, value in vars(arguments).items() if name in names}
     try:
         with stages_progress() as progress:
             progress("Preparing")
-            model = train_model(
-                arguments.model,
-                arguments.out,
-                name=arguments.name,
-                modality=arguments.modality,
-                seed=arguments.seed,
-                steps=arguments.steps,
-                frames=arguments.frames,
-                batch=arguments.batch,
-                start_from=arguments.start_from,
-                resume=arguments.resume,
-                work=arguments.work,
-                jobs=arguments.jobs,
-                device=arguments.device,
-                compiled=arguments.compile,
-                progress=_until(arguments.minutes, progress) if arguments.minutes else progress,
-            )
+            ending = _until(arguments.minutes, progress) if arguments.minutes else progress
+            model = sunset.train_model(arguments.model, arguments.out, progress=ending, **options)
     except _TimeIsUpError:
         print(
             f"The {arguments.minutes} min are over; the same command with --resume continues the training.",
@@ -103,18 +95,16 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 class _TimeIsUpError(Exception):
-    """The training has used the time that it was given."""
+    """The training has used the minutes that it may take."""
 
 
-def _until(
-    minutes: float, progress: Callable[..., None], clock: Callable[[], float] = monotonic
-) -> Callable[..., None]:
-    """Return a function that passes progress on, and from a time on ends what makes it."""
-    end = clock() + 60 * minutes
+def _until(minutes: float, progress: Callable[..., None]) -> Callable[..., None]:
+    """Return a function that passes progress on, and raises after so many minutes."""
+    end = monotonic() + 60 * minutes
 
-    def update(what: str, done: int, total: int, note: str = "") -> None:
-        progress(what, done, total, note)
-        if clock() >= end:
+    def update(stage: str, done: int, total: int, note: str = "") -> None:
+        progress(stage, done, total, note)
+        if monotonic() >= end:
             raise _TimeIsUpError
 
     return update

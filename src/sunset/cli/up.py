@@ -1,4 +1,4 @@
-"""`sunset up`: run the whole system as processes on ROS 2's network, to be poked at."""
+"""`sunset up`: run the whole system as processes on ROS 2's network, for other ROS 2 programs."""
 
 import argparse
 import sys
@@ -9,15 +9,16 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from sunset.cli._options import add_model_options, add_rate_option, run_settings
-from sunset.cli._prepare import prepare_flight, warn_of_walls
+from sunset.api.options import run_spec_of
+from sunset.cli._options import MODEL, add_settings, run_options
+from sunset.cli._progress import rendering_progress
 from sunset.cli.node import add_network_options
-from sunset.experiments import RunSpec, manager_checksum
+from sunset.experiments import manager_checksum, prepare_runs, warn_of_walls
 from sunset.experiments.live import LiveSystem
 from sunset.harness.operator import NodeStatus, Operator
 from sunset.managing import EXTERNAL, MANAGERS
 from sunset.rmw.backends import LIVE, live_middleware
-from sunset.scenarios import Scenario, load_scenario
+from sunset.scenarios import Scenario
 
 _REFRESH_S: Final = 0.5
 
@@ -35,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|FILE.py:CLASS|MODULE:CLASS|exec:COMMAND",
         help=f"the managing system: {', '.join(MANAGERS)}, or your own (default: one that you start, or none)",
     )
-    add_rate_option(parser, "seconds of /clock in a second")
+    add_settings(parser, "rate", rate="seconds of /clock in a second")
     parser.add_argument(
         "--domain-id", type=int, metavar="N", help="domain of DDS (default: ROS_DOMAIN_ID, else 0)"
     )
@@ -45,23 +46,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="autostart",
         help="leave the managed nodes unconfigured, for a lifecycle manager that configures and activates them",
     )
-    add_model_options(parser)
+    add_settings(parser, *MODEL)
     add_network_options(parser)
-    parser.set_defaults(middleware=LIVE)
 
 
 def execute(arguments: argparse.Namespace) -> None:
     """Run the system until a signal comes."""
-    spec = RunSpec(
-        scenario=load_scenario(arguments.scenario) if arguments.scenario else Scenario("none"),
-        manager=arguments.manager,
-        settings=run_settings(arguments),
-    )
+    options = {"middleware": LIVE, **run_options(arguments)}
+    spec = run_spec_of(arguments.scenario or Scenario("none"), arguments.manager, 1, options)
     if spec.manager != EXTERNAL:
-        # what is wrong with it is said at once
-        manager_checksum(spec.manager, spec.settings)
-    resources = prepare_flight(spec)
-    warn_of_walls([spec.manager])
+        manager_checksum(spec.manager, spec.settings)  # a mistake in it is reported at once
+    with rendering_progress() as progress:
+        (resources,) = prepare_runs([spec], progress)
+    warn_of_walls([spec])
     console = Console(highlight=False, markup=False)
     with (
         suppress(KeyboardInterrupt),

@@ -1,15 +1,15 @@
-"""`sunset verify`: whether what a bundle says is so."""
+"""`sunset verify`: check a bundle."""
 
 import argparse
 import json
-from pathlib import Path
 
-from sunset.api import verify
+import sunset
+from sunset.cli._options import add_flag, add_path
 from sunset.cli._progress import progress_bar
 from sunset.errors import InvalidInputError
 
 EXIT_DIFFERS = 1
-"""Something in the bundle is not as it should be."""
+"""A figure or file of the bundle is wrong."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,31 +20,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "again. Each difference is named. Nothing in the bundle is executed without --trust. Exit code 1 says that "
         "something differs, 2 that the file cannot be checked."
     )
-    parser.add_argument("bundle", type=Path, metavar="FILE.zip", help="what 'sunset bundle' wrote")
+    add_path(parser, "bundle", "FILE.zip", "what 'sunset bundle' wrote")
     parser.add_argument(
         "--run-again", type=int, default=3, metavar="K", help="runs, chosen at random, that are run again"
     )
     parser.add_argument(
         "--seed", type=int, metavar="N", help="of that choice (default: another one each time)"
     )
-    parser.add_argument(
+    add_flag(
+        parser,
         "--trust",
-        action="store_true",
-        help="run the bundle's own managing systems and extensions, which are programs and may do what you may",
+        "run the bundle's own managing systems and extensions, which are programs and may do what you may",
     )
     parser.add_argument("--model", metavar="DIR", help="the campaign's model, where it is not installed")
-    parser.add_argument(
-        "--bag", type=Path, metavar="PATH", help="the campaign's flight, where it has one of its own"
-    )
-    parser.add_argument("--json", action="store_true", help="print a JSON object")
+    add_path(parser, "--bag", "PATH", "the campaign's flight, where it has one of its own")
+    add_flag(parser, "--json", "print a JSON object")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print what was checked and what differs."""
+    """Print the checks and the differences."""
     if arguments.run_again == 0 and arguments.seed is not None:
         raise InvalidInputError("No run is chosen with --run-again 0: leave out --seed.")
     with progress_bar("Verifying") as progress:
-        found = verify(
+        verification = sunset.verify(
             arguments.bundle,
             run_again=arguments.run_again,
             seed=arguments.seed,
@@ -53,5 +51,6 @@ def execute(arguments: argparse.Namespace) -> int:
             bag=arguments.bag,
             progress=progress,
         )
-    print(json.dumps(found.to_json(), ensure_ascii=False) if arguments.json else found)
-    return 0 if found.passed else EXIT_DIFFERS
+    text = json.dumps(verification.to_json(), ensure_ascii=False) if arguments.json else verification
+    print(text)
+    return 0 if verification.passed else EXIT_DIFFERS

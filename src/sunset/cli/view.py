@@ -4,9 +4,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from sunset.api.viewing import can_show_pages, view
+import sunset
+from sunset.api.viewing import can_show_pages
+from sunset.cli._options import add_path
 from sunset.cli._progress import stages_progress
-from sunset.experiments import last_run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -16,35 +17,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "and figures over time; and open it. It loads nothing, so that it can be sent around. The images of a "
         "record without any are made in the simulation, by its commands: no managing system is run."
     )
-    parser.add_argument(
+    add_path(
+        parser,
         "folder",
-        type=Path,
+        "RUN",
+        "what 'sunset run --out' wrote (default: the last run that was given no folder)",
         nargs="?",
-        metavar="RUN",
-        help="what 'sunset run --out' wrote (default: the last run that was given no folder)",
     )
-    parser.add_argument(
+    add_path(
+        parser,
         "other",
-        type=Path,
+        "RUN",
+        "one of another managing system, on the same scenario, seed and flight, which is shown beside it",
         nargs="?",
-        metavar="RUN",
-        help="one of another managing system, on the same scenario, seed and flight, which is shown beside it",
     )
-    parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="the page (default: in this folder, named after the run)"
-    )
+    add_path(parser, "--out", "FILE", "the page (default: in this folder, named after the run)")
     parser.add_argument(
         "--no-open", action="store_false", dest="show", help="do not open the page in a browser"
     )
     parser.add_argument("--model", metavar="NAME|DIR", help="the model, if it has moved since the run")
-    parser.add_argument("--bag", type=Path, metavar="PATH", help="the flight, if it is not the default one")
+    add_path(parser, "--bag", "PATH", "the flight, if it is not the default one")
 
 
 def execute(arguments: argparse.Namespace) -> None:
     """Write the page, and open it."""
     with stages_progress() as stage:
-        file = view(
-            arguments.folder or last_run(),
+        file = sunset.view(
+            arguments.folder or _last_run(),
             arguments.other,
             out=arguments.out,
             show=arguments.show,
@@ -54,3 +53,9 @@ def execute(arguments: argparse.Namespace) -> None:
         )
     remedy = "" if arguments.show and can_show_pages() else ": open it in a browser"
     print(f"The page is {file}{remedy}.", file=sys.stderr)
+
+
+def _last_run() -> Path:
+    from sunset.api.running import last_run  # noqa: PLC0415  slow, and rarely needed
+
+    return last_run()

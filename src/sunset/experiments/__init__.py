@@ -1,16 +1,14 @@
-"""The composition root: (scenario, seed, managing system, middleware) → one record."""
+"""The composition root: (scenario, seed, managing system, settings) → a record."""
 
 from sunset.experiments.again import play_back, run_again
-from sunset.experiments.bench import bench, count_runs, failing_managers
+from sunset.experiments.bench import bench
 from sunset.experiments.campaign import (
     BenchSpec,
     added_managers,
     campaign_managers,
-    flights_of,
     in_turn,
     plan,
     run_folder,
-    scenarios_checksum,
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.cluster import connected_scheduler
@@ -18,31 +16,26 @@ from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import (
     Resources,
-    flight_name,
     inference_file,
+    missing_networks,
     model_checksum,
     prepare,
-    prepare_all,
+    prepare_runs,
+    warn_of_walls,
 )
 from sunset.experiments.run import run
+from sunset.experiments.settings import OPTIONS, Options, RunTiming, Settings, Timing
 from sunset.experiments.shards import Shard
-from sunset.experiments.spec import (
-    CHECK_SCENARIO,
-    DEFAULT_SCENARIO,
-    MIDDLEWARES,
-    RunSpec,
-    RunTiming,
-    Settings,
-    Timing,
-)
-from sunset.experiments.stored_faults import scenario_of
+from sunset.experiments.spec import CHECK_SCENARIO, DEFAULT_SCENARIO, RunSpec, scenario_of
+from sunset.recording import count_runs
 
 __all__ = [
     "CHECK_SCENARIO",
     "DEFAULT_SCENARIO",
-    "MIDDLEWARES",
+    "OPTIONS",
     "BenchSpec",
     "ManagerCheck",
+    "Options",
     "Resources",
     "RunSpec",
     "RunTiming",
@@ -55,22 +48,20 @@ __all__ = [
     "check_manager",
     "connected_scheduler",
     "count_runs",
-    "failing_managers",
-    "flight_name",
-    "flights_of",
     "in_turn",
     "inference_file",
     "keep_last_run",
     "last_run",
     "manager_checksum",
+    "missing_networks",
     "model_checksum",
     "plan",
     "play_back",
     "prepare",
-    "prepare_all",
+    "prepare_runs",
     "run",
     "run_again",
     "run_folder",
     "scenario_of",
-    "scenarios_checksum",
+    "warn_of_walls",
 ]

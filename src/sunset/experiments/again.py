@@ -1,6 +1,7 @@
-"""Run a stored run again and check that its messages are the same, or play its commands back for its images."""
+"""Stored runs: run again to compare their messages, or played back for their images."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import fields
 from pathlib import Path
 from typing import Final
 
@@ -9,8 +10,8 @@ from msgspec import UNSET
 from sunset.errors import RecordError
 from sunset.experiments.resources import Resources, prepare
 from sunset.experiments.run import run_prepared
-from sunset.experiments.spec import RunSpec, Settings, Timing
-from sunset.experiments.stored_faults import scenario_of
+from sunset.experiments.settings import STORED, Settings, Timing
+from sunset.experiments.spec import RunSpec, scenario_of
 from sunset.flights import FlightSpec
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import MANAGERS, checksum, is_registered
@@ -26,7 +27,7 @@ _CAUSES: Final = {
     "compute_s": "the nodes' compute times",
     "versions": "the versions",
 }
-"""Field of a record → its name for messages: the causes for which two runs of one specification may differ."""
+"""Field of a record → its name for messages: the causes for which two runs of a specification may differ."""
 
 
 def run_again(
@@ -39,48 +40,54 @@ def run_again(
     bag: Path | None = None,
     images: bool = False,
 ) -> StoredRun:
-    """Run a stored run of the simulation again, and make sure that it leaves the same messages.
-
-    The managed system of this process has the extensions of the run.
+    """Run a stored run of the simulation again, with its extensions loaded, and check that it leaves the same messages.
 
     Args:
         folder: the record.
         into: the new record's folder, which must not exist, or be empty.
-        manager: the managing system, where it is not what the record calls it.
-        trust: whether the code that the record calls its managing system may run.
-        model: the model, where it is not one of the record's name.
-        bag: its bag, where that is not the default flight.
+        manager: the managing system, if the record's name does not load it.
+        trust: whether the managing system that the record names may run if it is a program.
+        model: the model, if it is not installed under the record's name.
+        bag: its bag, if it is not the default flight.
         images: whether the new record keeps images.
 
     Raises:
-        RecordError: the record is of a live run, or of one that failed, or names code that is not trusted, or the
-            managing system or the messages are others; says why.
-        SunsetError: as of `run`.
+        RecordError: the run was live, or failed, or names code that is not trusted, or the messages differ.
     """
     stored = read_run(folder)
     name = stored.manager_spec or stored.manager
-    is_code = name not in MANAGERS and not is_registered(name)  # a class that was passed is the user's own
-    if is_code and manager is None and not trust:
+    is_program = name not in MANAGERS and not is_registered(name)  # a class that was passed is the user's own
+    if is_program and manager is None and not trust:
         raise RecordError(
             f"The run in {folder} was made with the managing system {shown(name)}, which is code that the record "
             "names: read it, and say trust=True, or name it with manager."
         )
     spec, resources = _prepared(folder, stored, manager or name, model, bag, images=images)
-    known = "" if is_registered(spec.manager) or not is_code else stored.manager_checksum
-    if known and known != checksum(spec.manager):
-        raise RecordError(
-            f"The run in {folder} was made with other source than {shown(spec.manager)} has now: restore it, or say "
-            "with manager where it is."
-        )
+    if is_program:
+        _check_sources(stored, spec.manager, folder)
     again = run_prepared(spec, resources, into)
     if again.digest != stored.digest:
-        causes = ", ".join(_differences(stored, again.record)) or "the record itself"
-        where = first_difference(folder, into)
-        raise RecordError(
-            f"The run in {folder} was run again, and left other messages, {where}; what differs: {causes}. Name what "
-            "it was made with, or make a new record."
-        )
+        raise _difference_error(stored, folder, again)
     return again
+
+
+def _difference_error(stored: RunRecord, folder: Path, again: StoredRun) -> RecordError:
+    causes = ", ".join(_differences(stored, again.record)) or "the record itself"
+    where = first_difference(folder, again.folder)
+    return RecordError(
+        f"The run in {folder} was run again, and left other messages, {where}; what differs: {causes}. Name what it "
+        "was made with, or make a new record."
+    )
+
+
+def _check_sources(stored: RunRecord, manager: str, folder: Path) -> None:
+    if not stored.manager_checksum or is_registered(manager):
+        return
+    if stored.manager_checksum != checksum(manager):
+        raise RecordError(
+            f"The run in {folder} was made with other source than {shown(manager)} has now: restore it, or say with "
+            "manager where it is."
+        )
 
 
 def play_back(
@@ -96,12 +103,12 @@ def play_back(
     Args:
         folder: the record.
         into: the folder for a record with the images, which must not exist, or be empty.
-        model: the model, where it is not one of the record's name.
-        bag: its bag, where that is not the default flight.
-        wanted: whether it keeps those of a topic; None for all.
+        model: as of `run_again`.
+        bag: as of `run_again`.
+        wanted: whether images of a topic are kept; None for all.
 
     Returns:
-        How many images differ from those of the run.
+        How many images differ from the run's.
 
     Raises:
         RecordError: the run was live, or it failed.
@@ -110,8 +117,8 @@ def play_back(
     stored = read_run(folder)
     spec, resources = _prepared(folder, stored, "none", model, bag, images=True)
     messages = read_messages(folder)
-    commands = [one.message for one in messages if isinstance(one.message, Command)]
-    played = [one for one in commands if one.successful or one.kind != "set_parameters"]
+    commands = [recorded.message for recorded in messages if isinstance(recorded.message, Command)]
+    played = [command for command in commands if command.successful or command.kind != "set_parameters"]
     run_prepared(spec, resources, into, wanted=wanted, played=played)
     return len(image_digests(messages) - image_digests(read_messages(into)))
 
@@ -119,11 +126,7 @@ def play_back(
 def _prepared(
     folder: Path, stored: RunRecord, manager: str, model: str | None, bag: Path | None, *, images: bool
 ) -> tuple[RunSpec, Resources]:
-    """Return the specification of a stored run, with another managing system, and what it is made with.
-
-    Raises:
-        RecordError: it was live, it failed, or its flight is another one.
-    """
+    """Return the specification of a stored run, with another managing system, and its resources."""
     if stored.middleware != SIMULATED:
         raise RecordError(
             f"The run in {folder} cannot be run again: it was live, on {stored.middleware}, and only runs of the "
@@ -135,10 +138,10 @@ def _prepared(
     spec = _spec_of(stored, manager, model, bag, images=images)
     resources = prepare(spec)
     if resources.bag_checksum != stored.bag_checksum:
-        what = "the default flight of this version" if bag is None else f"the bag {bag}"
+        named = "the default flight of this version" if bag is None else f"the bag {bag}"
         raise RecordError(
-            f"The run in {folder} cannot be run again: it was made with other frames than {what} has; name its own bag "
-            "with --bag, in Python with bag."
+            f"The run in {folder} cannot be run again: it was made with other frames than {named} has; name its own "
+            "bag with --bag, in Python with bag."
         )
     return spec, resources
 
@@ -146,12 +149,11 @@ def _prepared(
 def _spec_of(
     stored: RunRecord, manager: str, model: str | None, bag: Path | None, *, images: bool
 ) -> RunSpec:
-    """Return the specification of a stored run."""
-    timing = {
-        name: getattr(stored, name)
-        for name in ("duration_s", "warm_up_s", "period_s", "jitter", "latency_s")
-        if getattr(stored, name) is not UNSET
+    stated = {
+        name: getattr(stored, name, UNSET) for name in (*STORED, *(each.name for each in fields(Timing)))
     }
+    known = {name: value for name, value in stated.items() if value is not UNSET}
+    timing = {name: value for name, value in known.items() if name not in STORED}
     return RunSpec(
         scenario=scenario_of(stored),
         manager=manager,
@@ -166,15 +168,14 @@ def _spec_of(
             timing=Timing(**timing),
             device=stored.device,
             images=images,
-            task=stored.task,
-            thinking_s=stored.thinking_s or 0.0,
+            **{name: known[name] for name in STORED if name in known},
         ),
     )
 
 
 def _differences(stored: RunRecord, again: RunRecord) -> Iterator[str]:
     """Yield the differences between two runs that should be identical."""
-    for name, what in _CAUSES.items():
+    for name, cause in _CAUSES.items():
         before, now = getattr(stored, name), getattr(again, name)
         if before == now:
             continue
@@ -183,4 +184,4 @@ def _differences(stored: RunRecord, again: RunRecord) -> Iterator[str]:
             parts = sorted(part for part in before | now if before.get(part) != now.get(part))
             yield ", ".join(f"{part} {before.get(part, 'none')} is {now.get(part, 'none')}" for part in parts)
         else:
-            yield what
+            yield cause

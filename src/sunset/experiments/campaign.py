@@ -1,4 +1,4 @@
-"""What a campaign is: its specification, its runs, and the plan that is kept of it."""
+"""Campaigns: their specification, their runs, and the plan that is stored with their results."""
 
 import dataclasses
 import hashlib
@@ -13,7 +13,8 @@ from sunset.errors import InvalidInputError
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources, flight_name, flight_plan, model_checksum
 from sunset.experiments.run import versions
-from sunset.experiments.spec import RunSpec, Settings
+from sunset.experiments.settings import STORED, Settings
+from sunset.experiments.spec import RunSpec
 from sunset.flights import parse_flights
 from sunset.managing import EXTERNAL, split_label
 from sunset.names import base_name
@@ -32,16 +33,16 @@ _MOST_REPETITIONS: Final = 1000
 
 @dataclass(frozen=True, kw_only=True)
 class BenchSpec:
-    """One campaign.
+    """A campaign.
 
-    Repetition r runs every scenario with seed `seed + r`: all managing systems and all scenarios of one
+    Repetition r runs every scenario with seed `seed + r`: all managing systems and all scenarios of a
     repetition see the same stretch of the flight, so that differences are paired.
     """
 
     suite: Annotated[str, Meta(description="the name of a suite or a folder of scenario files")] = "paper"
     """A suite's name, or the path of a folder with scenario files."""
     scenarios: tuple[str, ...] = ()
-    """Those of the suite that are run, named with or without the suite; all if empty."""
+    """The scenarios of the suite that are run, named with or without the suite; all if empty."""
     references: bool = True
     """Whether the paper's two reference rows are run too, if the task is to repair."""
     score: bool = True
@@ -54,12 +55,6 @@ class BenchSpec:
     settings: Settings = field(default_factory=Settings)
 
     def __post_init__(self) -> None:
-        """Check the ranges.
-
-        Raises:
-            InvalidInputError: a value is of another type or out of range, or a managing system is named twice.
-            ManagerError: the label of a managing system is not valid.
-        """
         check_seed(self.seed)
         check_fields(self)
         if not 1 <= self.repetitions <= _MOST_REPETITIONS:
@@ -79,9 +74,9 @@ class BenchSpec:
 
 
 def added_managers(campaign: BenchSpec | CampaignPlan) -> tuple[str, ...]:
-    """Return the managing systems that are run for the score, beside those that are named.
+    """Return the managing systems that are run for the score besides those that are named.
 
-    There are none where one is `external`: it would take part in their runs.
+    There are none for a campaign with `external`, which would take part in their runs.
     """
     if not campaign.score or any(manager == EXTERNAL for _, manager in map(split_label, campaign.managers)):
         return ()
@@ -89,18 +84,13 @@ def added_managers(campaign: BenchSpec | CampaignPlan) -> tuple[str, ...]:
 
 
 def campaign_managers(campaign: BenchSpec | CampaignPlan) -> dict[str, str]:
-    """Return all managing systems that a campaign runs: the name in tables → as what it is loaded."""
+    """Return all managing systems that a campaign runs: the name in tables → the specification that is loaded."""
     named = map(split_label, (*campaign.managers, *added_managers(campaign)))
     return {label or manager: manager for label, manager in named}
 
 
 def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
-    """Return all runs of a campaign, reference rows first, and then one managing system after the other.
-
-    Raises:
-        ScenarioError: there is no such suite, or it is not usable.
-        InvalidInputError: a scenario is not of the suite, or two runs differ by case only.
-    """
+    """Return all runs of a campaign, reference rows first, and then by managing system."""
     chosen, size = _chosen(spec)
     of_paper = spec.references and spec.settings.task == REPAIR
     groups = [(suite(name), manager) for name, manager in TABLE_REFERENCES] if of_paper else []
@@ -145,16 +135,16 @@ def in_turn(runs: Iterable[RunSpec]) -> list[RunSpec]:
 
 def flights_of(runs: Sequence[RunSpec]) -> list[RunSpec]:
     """Return the first run on each flight."""
-    return list({flown(run): run for run in reversed(runs)}.values())[::-1]
+    return list({flight_key(run): run for run in reversed(runs)}.values())[::-1]
 
 
-def flown(run: RunSpec) -> tuple[object, ...]:
-    """Return what tells a run's flight from another."""
+def flight_key(run: RunSpec) -> tuple[object, ...]:
+    """Return a key that runs on the same flight share."""
     return run.flight, flight_plan(run)
 
 
 def _chosen(spec: BenchSpec) -> tuple[tuple[Scenario, ...], int]:
-    """Return the scenarios of the suite that are run, in its order, and how many it has."""
+    """Return the scenarios of the suite that are run, in its order, and the size of the suite."""
     every = {base_name(scenario.name): scenario for scenario in load_suite(spec.suite)}
     wanted = {name.removeprefix(f"{spec.suite}/") for name in spec.scenarios}
     for name in sorted(wanted - every.keys()):
@@ -162,11 +152,12 @@ def _chosen(spec: BenchSpec) -> tuple[tuple[Scenario, ...], int]:
             f"The suite {spec.suite} has no scenario {name!r}: {suggestion(name, every)}see 'sunset scenarios list "
             f"--suite {spec.suite}'."
         )
-    return tuple(one for name, one in every.items() if name in wanted or not wanted), len(every)
+    chosen = (scenario for name, scenario in every.items() if name in wanted or not wanted)
+    return tuple(chosen), len(every)
 
 
 def run_folder(out: Path, spec: RunSpec) -> Path:
-    """Return where a campaign in `out` keeps this run."""
+    """Return the folder of a run in a campaign's folder `out`."""
     parts = (spec.suite or "own", spec.manager_name, base_name(spec.scenario.name))
     flight = f"-{spec.settings.flight.name}" if spec.settings.flight else ""
     return out.joinpath(
@@ -177,59 +168,40 @@ def run_folder(out: Path, spec: RunSpec) -> Path:
 def describe_campaign(
     spec: BenchSpec, runs: Sequence[RunSpec], prepared: Sequence[tuple[RunSpec, Resources]]
 ) -> CampaignPlan:
-    """Return a campaign's plan as it is stored: whatever its results may depend on, by name and by content.
+    """Return a campaign's plan as it is stored: everything its results may depend on, by name and by content.
 
     Args:
         spec: the campaign.
         runs: all of it.
-        prepared: the first run on each flight, and what it is made with.
+        prepared: the first run on each flight, and its resources.
     """
     own = [resources for _, resources in prepared if not resources.of_flight]
     resources = own[0] if own else prepared[0][1]
+    settings, managers = spec.settings, campaign_managers(spec)
+    timing = dataclasses.asdict(settings.timing)
+    names = ("suite", "references", "score", "managers", "repetitions", "seed", "flights")
     return CampaignPlan(
         plan_version=PLAN_VERSION,
-        suite=spec.suite,
         scenarios=tuple(scenario.name for scenario in _chosen(spec)[0]) if spec.scenarios else (),
         scenarios_checksum=scenarios_checksum(runs),
         split=split_hash(spec.suite),
-        references=spec.references,
-        score=spec.score,
-        managers=spec.managers,
-        manager_checksums={
-            name: manager_checksum(manager, spec.settings)
-            for name, manager in campaign_managers(spec).items()
-        },
-        repetitions=spec.repetitions,
-        seed=spec.seed,
+        manager_checksums={name: manager_checksum(manager, settings) for name, manager in managers.items()},
         runs=len(runs),
-        model=spec.settings.model,
-        model_checksum=model_checksum(load_model(spec.settings.model).card),
-        bag=str(spec.settings.bag) if spec.settings.bag else None,
+        model_checksum=model_checksum(load_model(settings.model).card),
+        bag=str(settings.bag) if settings.bag else None,
         bag_checksum=resources.bag_checksum,
-        flights=spec.flights,
         flight_facts=_flight_facts(prepared),
-        loop=spec.settings.loop,
         device=resources.segmenter.device,
-        timing={
-            name: value
-            for name, value in dataclasses.asdict(spec.settings.timing).items()
-            if value is not None
-        },
-        middleware=spec.settings.middleware,
-        speed=spec.settings.speed,
-        task=spec.settings.task,
-        thinking_s=spec.settings.thinking_s,
+        timing={name: value for name, value in timing.items() if value is not None},
         versions=versions(),
         extensions={extension.name: extension.checksum for extension in loaded_extensions()},
+        **{name: getattr(spec, name) for name in names},
+        **{name: getattr(settings, name) for name in ("model", "loop", "middleware", "speed", *STORED)},
     )
 
 
 def _flight_facts(prepared: Sequence[tuple[RunSpec, Resources]]) -> dict[str, StoredFlight]:
-    """Return what results depend on of each flight but the default one, by name.
-
-    Raises:
-        InvalidInputError: two flights have the same name.
-    """
+    """Return the facts that results depend on, of each flight except the default flight, by name."""
     facts: dict[str, StoredFlight] = {}
     for run, resources in prepared:
         if not resources.of_flight:

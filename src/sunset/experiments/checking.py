@@ -1,4 +1,4 @@
-"""Whether a managing system loads, runs, keeps the rules and is deterministic."""
+"""Checks of a managing system: whether it loads, runs, keeps the rules and is deterministic."""
 
 import os
 import tempfile
@@ -7,20 +7,20 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from sunset.confinement import confinement_report
 from sunset.experiments.manager import manager_checksum
-from sunset.experiments.resources import prepare
+from sunset.experiments.resources import prepare_runs
 from sunset.experiments.run import run
 from sunset.experiments.spec import RunSpec
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import is_registered
-from sunset.processes.workers import Progress, worker_pool
 from sunset.recording import read_messages
 from sunset.recording.reader import first_difference
 from sunset.system import COMMANDS_TOPIC
 from sunset.texts import counted, shorten
+from sunset.processes.workers import Progress, Stages, worker_pool
 
 _HASH_SEED: Final = "PYTHONHASHSEED"
 _SHOWN: Final = 3
@@ -29,18 +29,18 @@ _LONGEST_REASON: Final = 300
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManagerCheck:
-    """What two runs of a managing system with one seed say of it.
+    """The verdict on a managing system after two runs with the same seed.
 
     Attributes:
         manager: its name.
-        scenario: what it was run in.
+        scenario: the scenario of the runs.
         adaptations: how many it executed.
         refusals: why requests were refused → how often, the most frequent first.
         failure: how it failed, in a sentence; empty if it did not.
-        reason: which rule it broke, so that its runs do not count; empty if none.
-        difference: where they begin to differ, in words; empty if they do not.
+        reason: which rule it broke, so that its runs are invalid; empty if none.
+        difference: where the runs begin to differ, in words; empty if they do not.
         sets_reordered: whether sets of texts had another order in the second run. A class that only this process has,
-            such as one of a notebook, cannot be run in another interpreter.
+            such as a class of a notebook, cannot be run in another interpreter.
     """
 
     manager: str
@@ -79,28 +79,24 @@ class ManagerCheck:
         )
 
     def _refused(self) -> Iterator[str]:
-        """Give the line about refused requests, if there were any."""
         if self.refusals:
-            several = len(self.refusals) > 1
-            told = [
+            is_plural = len(self.refusals) > 1
+            reasons = [
                 shorten(reason.rstrip("."), _LONGEST_REASON)
-                + (f" ({counted(times, 'time')})" if several else "")
+                + (f" ({counted(times, 'time')})" if is_plural else "")
                 for reason, times in self.refusals.items()
             ]
-            more = [f"and {counted(len(told) - _SHOWN, 'other reason')}"] if len(told) > _SHOWN else []
+            more = [f"and {counted(len(reasons) - _SHOWN, 'other reason')}"] if len(reasons) > _SHOWN else []
             number = counted(sum(self.refusals.values()), "request")
-            yield f"refused          {number}: {'; '.join([*told[:_SHOWN], *more])}"
+            yield f"refused          {number}: {'; '.join([*reasons[:_SHOWN], *more])}"
 
 
-def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> ManagerCheck:
-    """Run it twice with one seed, in interpreters in which sets of texts have different orders, and compare.
-
-    Raises:
-        SunsetError: as `run`.
-    """
-    # what is wrong with it is said at once
-    manager_checksum(spec.manager, spec.settings)
-    prepare(spec)
+def check_manager(
+    spec: RunSpec, *, progress: Progress | None = None, preparing: Stages | None = None
+) -> ManagerCheck:
+    """Run it twice with the same seed, in interpreters in which sets of texts have different orders, and compare."""
+    manager_checksum(spec.manager, spec.settings)  # a mistake in it is reported at once
+    prepare_runs([spec], preparing)
     results = []
     with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
         for number in (1, 2):
@@ -110,22 +106,17 @@ def check_manager(spec: RunSpec, *, progress: Progress | None = None) -> Manager
         difference = first_difference(Path(folder) / "1", Path(folder) / "2")
         if progress is not None:
             progress(2, 2)
-    first = results[0]
     return ManagerCheck(
         manager=spec.manager_name,
         scenario=spec.scenario.name,
-        adaptations=first.adaptations,
-        refusals=first.refusals,
-        failure=first.failure,
-        reason=first.reason,
+        **results[0]._asdict(),
         difference=difference,
         sets_reordered=not is_registered(spec.manager),
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Judged:
-    """What one run says of a managing system."""
+class _Judged(NamedTuple):
+    """The findings of a single run, as of `ManagerCheck`."""
 
     adaptations: int
     refusals: Mapping[str, int]
@@ -134,7 +125,7 @@ class _Judged:
 
 
 def _run(spec: RunSpec, folder: Path, *, hash_seed: str, log: bool) -> _Judged:
-    """Run it with an interpreter in which sets of texts have an order of their own; return what is judged."""
+    """Run it in an interpreter with this hash seed."""
     if is_registered(spec.manager):
         return _judged(spec, folder, log=log)
     with _hash_seed(hash_seed), worker_pool(1) as pool:

@@ -1,4 +1,4 @@
-"""The runs of a campaign on an executor, whose workers may be on other computers and share no files with this one."""
+"""Campaigns on an executor, whose workers may be on other computers and share no files with this computer."""
 
 import logging
 import pickle
@@ -25,7 +25,7 @@ _ADDRESS: Final = re.compile(r"tcp://(?P<host>[^:/\[\]\s]+|\[[^\[\]\s]+\]):(?P<p
 _PATIENCE_S: Final = 10
 """How long a scheduler may take to answer."""
 _GREETING: Final = b"pickle-protocol"
-"""What stands in the first bytes that a scheduler sends."""
+"""Part of the first bytes that a scheduler sends."""
 _LONGEST_GREETING: Final = 1 << 16
 _LONGEST: Final = 300
 """Longest failure text of an executor, in characters."""
@@ -34,11 +34,7 @@ _KEPT: Final = "what was finished is kept: run the same command again"
 
 
 def check_executor(executor: object) -> None:
-    """Make sure that something is an executor.
-
-    Raises:
-        InvalidInputError: it is not one.
-    """
+    """Check that an object is an executor."""
     if not isinstance(executor, Executor):
         hint = ": it gives one by get_executor()" if hasattr(executor, "get_executor") else ""
         raise InvalidInputError(
@@ -52,11 +48,8 @@ def run_on_workers(
     """Do runs on an executor's workers and write their records; yield how many are finished, after each.
 
     Args:
-        executor: it may do them in any order, and again if it has lost one.
-        todo: each run, its folder, the checksum of its managing system, and what it must be made with.
-
-    Raises:
-        SunsetError: a worker could not do a run, or the executor has failed.
+        executor: it may do them in any order, and repeat those that it has lost.
+        todo: each run, its folder, the checksum of its managing system, and the expected `facts_of` its resources.
     """
     expected, here, search = labelled_versions(), str(Path.cwd()), tuple(filter(None, sys.path))
     folders: dict[Future[dict[str, bytes]], Path] = {}
@@ -78,7 +71,7 @@ def run_on_workers(
 
 @contextmanager
 def _translated() -> Iterator[None]:
-    """Turn whatever an executor raises into one error of ours."""
+    """Translate any exception of an executor into a `SunsetError`."""
     try:
         yield
     except SunsetError:
@@ -90,20 +83,15 @@ def _translated() -> Iterator[None]:
 
 
 def _described(error: Exception) -> str:
-    """Return what an executor has raised as part of a sentence."""
     return shorten(" ".join(f"{type(error).__name__}: {error}".split()), _LONGEST).rstrip(".")
 
 
 @contextmanager
 def connected_scheduler(address: str) -> Iterator[Executor]:
-    """Give an executor on the workers of a scheduler of dask, all of which have the same versions as this computer.
+    """Give an executor on the workers of a dask scheduler, all of which have the same versions as this computer.
 
     Args:
         address: the scheduler's, such as `tcp://10.0.0.1:8786`.
-
-    Raises:
-        MissingExtraError: dask is not installed.
-        InvalidInputError: nothing answers there, or a worker has another version.
     """
     if find_spec("distributed") is None:
         raise MissingExtraError(
@@ -131,32 +119,35 @@ def connected_scheduler(address: str) -> Iterator[Executor]:
 
 
 def _status(dask_worker: "Worker") -> str:
-    """Return whether a worker is running or paused; dask passes the worker."""
+    """Return `running` or `paused`; dask passes the worker."""
     return str(dask_worker.status.name)
+
+
+def _await_greeting(host: str, port: int) -> None:
+    """Check that a scheduler, which speaks first, is there: dask's client would wait for it for ever."""
+    with socket.create_connection((host, port), _PATIENCE_S) as connection:
+        connection.settimeout(_PATIENCE_S)
+        greeting = b""
+        while _GREETING not in greeting:
+            part = connection.recv(_LONGEST_GREETING)
+            greeting += part
+            if not part or len(greeting) > _LONGEST_GREETING:
+                raise ConnectionError("it is not a scheduler")
 
 
 @contextmanager
 def _client(address: str) -> Iterator["Client"]:
-    found = _ADDRESS.fullmatch(address)
-    if found is None:
+    match = _ADDRESS.fullmatch(address)
+    if match is None:
         raise InvalidInputError(
             f"The scheduler's address must be tcp://HOST:PORT, as 'dask scheduler' prints it, got {shown(address)}."
         )
     from distributed import Client  # noqa: PLC0415  an optional extra
 
     for name in ("distributed", "distributed.client"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what is wrong is said once
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # an error is reported once
     try:
-        # dask's client waits for ever for what is not a scheduler, which speaks first
-        host, port = found["host"].strip("[]"), int(found["port"])
-        with socket.create_connection((host, port), _PATIENCE_S) as connection:
-            connection.settimeout(_PATIENCE_S)
-            said = b""
-            while _GREETING not in said:
-                part = connection.recv(_LONGEST_GREETING)
-                said += part
-                if not part or len(said) > _LONGEST_GREETING:
-                    raise ConnectionError("what is there is not a scheduler")
+        _await_greeting(match["host"].strip("[]"), int(match["port"]))
         client = Client(address, timeout=_PATIENCE_S, set_as_default=False)
     except (OSError, OverflowError, ValueError) as error:
         raise InvalidInputError(

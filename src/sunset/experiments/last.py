@@ -1,4 +1,4 @@
-"""The record of the last run that was given no folder of its own."""
+"""The record of the last run without a folder of its own."""
 
 import errno
 import shutil
@@ -12,21 +12,18 @@ from sunset.data import cache_folder
 from sunset.errors import OutputError
 
 _TAKEN: Final = frozenset({errno.ENOTEMPTY, errno.EEXIST})
-"""Why a folder does not take a name that another process has given to one meanwhile."""
+"""Errors for a name that another process has given to its folder meanwhile."""
 
 
 def last_run() -> Path:
-    """Return the folder of the last run that was given none, in the user's cache folder; it need not exist yet."""
+    """Return the folder of the last run without a folder of its own, in the user's cache; it need not exist yet."""
     return cache_folder() / "last-run"
 
 
 def keep_last_run(record: Path) -> Path:
-    """Move a record to `last_run`, in place of that of the run before, and return where it is.
+    """Move a record to `last_run`, in place of the earlier record, and return its folder.
 
-    Of two processes that do so at once, one comes second.
-
-    Raises:
-        OutputError: the cache folder cannot be written.
+    If two processes do so at the same time, the record of the later process is kept.
     """
     home = last_run()
     try:

@@ -1,9 +1,9 @@
-"""The whole system as processes of the operating system, in one domain of DDS."""
+"""The whole system as processes of the operating system, in a domain of DDS."""
 
 import os
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -40,9 +40,9 @@ from sunset.system import (
 )
 
 _FIRST: Final = (BAG_PLAYER, SCENARIO_EXECUTOR)
-"""Those that others wait for are started before the others, and so are sensors, which take longest to be active."""
+"""Nodes that others wait for; they are started first, with the sensors, which take longest to be active."""
 _STATELESS: Final = ("monitor", "evaluator")
-"""Nodes that a lasting system starts again when they have ended: they only watch."""
+"""Nodes that only watch: a lasting system starts them again when they have ended."""
 _MOST_REVIVALS: Final = 10
 _TURN_S: Final = 0.2
 """Longest wait for one process before the next is started: all at once would take the processor from others."""
@@ -53,45 +53,34 @@ _STEP_NS: Final = 10_000_000
 
 @dataclass(frozen=True)
 class LiveClock:
-    """What `/clock` shows.
-
-    Attributes:
-        origin_ns: the system's time, nanoseconds since 1970, at which it shows 0.
-        speed: its seconds in a second.
-    """
+    """The time of `/clock`: 0 at `origin_ns`, nanoseconds since 1970; it runs at `speed` times real time."""
 
     origin_ns: int
     speed: float
 
     def at(self, system_ns: int) -> int:
-        """Return what it shows at a time of the system's clock, at least 0, in nanoseconds."""
+        """Return its time at a time of the system's clock, at least 0, in nanoseconds."""
         return max(0, round((system_ns - self.origin_ns) * self.speed))
 
 
 class LiveSystem:
-    """Runs every node of an experiment as a process of its own, and the launcher in this one.
+    """Runs every node of an experiment as a process of its own, and the launcher in this process.
 
-    As a context manager it ends all of them when the context does. Whatever ends this process ends them too: a signal
-    is a `KeyboardInterrupt` in `spin_until`, or at the end of the context.
+    All of them end with the context, or with this process. A signal is a `KeyboardInterrupt` in `spin_until`, or at the
+    end of the context.
 
     Args:
         domain_id: the domain of DDS; ROS_DOMAIN_ID, else 0, if None.
         network: whether to be heard beyond this computer.
         distro: the ROS 2 distribution of other nodes; None to find out.
-        clock: what `/clock` shall show; None for the time since now.
-        loop: whether the system lasts: the flight starts again when it is over, from the bag's first frame to its
-            last, what a callback of this process raises is logged and does not end it, and a monitor or an evaluator
-            that has ended is started again.
+        clock: the time of `/clock`; None for the time since now.
+        loop: whether the system lasts: the flight repeats from the bag's first frame to its last, errors in callbacks
+            of this process are logged and do not end it, and a monitor or an evaluator that has ended is restarted.
         autostart: whether the managed nodes configure and activate themselves.
         on_line: called, on other threads, with a node and a line that it printed.
 
     Attributes:
         context: this process, whose nodes' callbacks run in `spin_until`.
-
-    Raises:
-        MissingExtraError: the extra `live` is not installed.
-        MiddlewareError: the domain cannot be entered, or another system runs in it, or nodes of one.
-        InvalidInputError: the environment keeps processes from finding each other.
     """
 
     def __init__(
@@ -108,14 +97,9 @@ class LiveSystem:
         on_line: Callable[[str, str], object] = lambda _node, _line: None,
     ) -> None:
         live = live_middleware(spec.settings.middleware)
-        if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip() == "OFF":
-            raise InvalidInputError(
-                "With ROS_AUTOMATIC_DISCOVERY_RANGE=OFF no two processes find each other: unset it, or choose "
-                "LOCALHOST."
-            )
+        _check_discovery()
         self._spec = spec
-        system = current_system()
-        self._managed = tuple(system.nodes)
+        self._managed = tuple(current_system().nodes)
         self._lasts = loop
         self._autostart = autostart
         self._on_line = on_line
@@ -129,25 +113,34 @@ class LiveSystem:
             stack.enter_context(live.sole_system(self.domain_id))
             parameters = self._parameters(resources)
             stack.enter_context(deployment(self.domain_id, parameters, resources.scenario.to_yaml()))
-            self.context = Context()
-            words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
-            self.context.init(words, middleware=self._middleware, log_to_stderr=False)
+            self.context = self._context()
             specs = self._specs(resources, network=network, distro=distro)
             self.processes = NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             stack.callback(self.processes.close)
             if loop:
                 self.processes.on_exit(self._revive)
             self.executor = SingleThreadedExecutor(context=self.context)
-            self._refuse_namesakes()
-            self._launcher = Launcher(self.processes, self._managed, context=self.context)
-            self.executor.add_node(self._launcher)
-            sensors = [node.name for node in system.nodes.values() if {*node.inputs} & {*SENSOR_TOPICS}]
-            for node in sorted(specs, key=lambda name: name not in {*_FIRST, *sensors}):
-                self.processes.start(node)
-                self.spin_until(partial(self._is_heard, node), _TURN_S)
-            self.essential = tuple(name for name in specs if name not in {*self._managed, MANAGER_PROCESS})
-            """The nodes that the experiment cannot do without."""
+            self._start(specs)
             self._stack = stack.pop_all()
+
+    def _context(self) -> Context:
+        context = Context()
+        words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
+        context.init(words, middleware=self._middleware, log_to_stderr=False)
+        return context
+
+    def _start(self, nodes: Iterable[str]) -> None:
+        """Start the launcher in this process, and all nodes in processes of their own."""
+        self._refuse_namesakes()
+        self._launcher = Launcher(self.processes, self._managed, context=self.context)
+        self.executor.add_node(self._launcher)
+        managed = current_system().nodes.values()
+        sensors = [node.name for node in managed if {*node.inputs} & {*SENSOR_TOPICS}]
+        for name in sorted(nodes, key=lambda name: name not in {*_FIRST, *sensors}):
+            self.processes.start(name)
+            self.spin_until(partial(self._is_heard, name), _TURN_S)
+        self.essential = tuple(name for name in nodes if name not in {*self._managed, MANAGER_PROCESS})
+        """The nodes that the experiment needs to the end."""
 
     def __enter__(self) -> Self:
         return self
@@ -158,7 +151,7 @@ class LiveSystem:
         self._stack.__exit__(kind, error, trace)
 
     def _revive(self, node: str) -> None:
-        """Restart a node that only watches, and say so."""
+        """Restart a node that only watches, and report it."""
         if node in _STATELESS and self._revivals[node] < _MOST_REVIVALS:
             self._revivals[node] += 1
             end = self.processes.end_of(node)
@@ -166,23 +159,22 @@ class LiveSystem:
             self._on_line(node, f"The process {end}; it was started again.")
 
     def _refuse_namesakes(self) -> None:
-        """Raise where the domain has a node of the system's already, as launched nodes that outlive a run are."""
+        """Raise if the domain has a node of the system already, such as a launched node that outlived its run."""
 
-        def left() -> list[str]:
+        def namesakes() -> list[str]:
             nodes = {qualified_name(namespace, name) for name, namespace in self._middleware.nodes()}
             return sorted(nodes & {*current_system().all_nodes})
 
-        if self.spin_until(lambda: bool(left()), _DISCOVERY_S):
+        if self.spin_until(lambda: bool(namesakes()), _DISCOVERY_S):
             raise MiddlewareError(
-                f"Domain {self.domain_id} already has {' and '.join(left())}: end the process that a run before has "
-                "left, or choose another domain."
+                f"Domain {self.domain_id} already has {' and '.join(namesakes())}: end the process that a run before "
+                "has left, or choose another domain."
             )
 
     def _is_heard(self, node: str) -> bool:
         return any(name == node for name, _ in self._middleware.nodes())
 
     def _specs(self, resources: Resources, *, network: bool, distro: str | None) -> dict[str, NodeSpec]:
-        """Return which processes there are, by name."""
         spec = self._spec
         spec_of = partial(NodeSpec, middleware=spec.settings.middleware, network=network, distro=distro)
         names = [*self._managed, *SURROUNDING]
@@ -208,7 +200,7 @@ class LiveSystem:
         return specs
 
     def _parameters(self, resources: Resources) -> dict[str, Parameters]:
-        """Return pattern of full node names → parameter → value; that of all nodes comes first."""
+        """Return pattern of full node names → parameter → value; the pattern of all nodes comes first."""
         spec, managed = self._spec, current_system().nodes
         parameters = node_parameters(spec, resources)
         height, width = resources.bag.size
@@ -218,7 +210,7 @@ class LiveSystem:
             "height": height,
             "speed": self._clock.speed,
             "origin_ns": self._clock.origin_ns,
-            "use_sim_time": False,  # it is what gives the time
+            "use_sim_time": False,  # it publishes the time
         }
         if self._lasts:
             parameters[BAG_PLAYER] |= {"loop": True, "start_frame": 0, "frames": 0}
@@ -233,14 +225,10 @@ class LiveSystem:
         }
 
     def spin_until(self, predicate: Callable[[], bool], timeout_s: float) -> bool:
-        """Run callbacks of this process, and take care of the others, until a predicate holds.
+        """Run callbacks of this process, and poll the other processes, until a predicate holds.
 
         Returns:
             Whether it holds.
-
-        Raises:
-            CallbackError: a callback raised, and the system does not last.
-            KeyboardInterrupt: a signal asks this process to end.
         """
         end = time.monotonic() + timeout_s
         while not predicate():
@@ -258,19 +246,15 @@ class LiveSystem:
 
     @property
     def manager_failure(self) -> str:
-        """How the managing system has failed, in a sentence, after which the system goes on; empty if it has not."""
+        """How the managing system has failed, in a sentence; empty if it has not. The system goes on without it."""
         return self.processes.manager_failure(MANAGER_PROCESS)
 
     def check(self, *, managed: bool) -> None:
         """Check that the processes that the experiment needs are running.
 
         Args:
-            managed: whether the managed nodes must be there too. A node that was shut down through its
-                lifecycle may be started anew.
-
-        Raises:
-            ManagerError: the managing system could not be loaded, or its network process ended unexpectedly.
-            SunsetError: the process of a node that the experiment needs ended, or is stopped.
+            managed: whether the managed nodes must run too. A node that was shut down through its lifecycle may be
+                restarted.
         """
         for node in (*self.essential, *(self._managed if managed else ())):
             needed = node in self.essential or self.processes.has_failed(node)
@@ -287,11 +271,17 @@ class LiveSystem:
 
     def is_disturbed(self) -> bool:
         """Return whether the process of a managed node has ended or is stopped, and was not redeployed."""
-        return any(
-            not self.processes.is_running(node) or self.processes.is_stopped(node) for node in self._managed
+        processes = self.processes
+        return any(not processes.is_running(node) or processes.is_stopped(node) for node in self._managed)
+
+
+def _check_discovery() -> None:
+    if os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "").strip() == "OFF":
+        raise InvalidInputError(
+            "With ROS_AUTOMATIC_DISCOVERY_RANGE=OFF no two processes find each other: unset it, or choose LOCALHOST."
         )
 
 
 def _absolute(model: str) -> str:
-    """Return a model's name, or its folder so that it can be found from anywhere."""
+    """Return a model's name, or the absolute path of its folder."""
     return str(Path(model).absolute()) if os.sep in model or Path(model).is_dir() else model

@@ -1,4 +1,4 @@
-"""One live experiment: every node a process, watched from outside."""
+"""A live experiment: every node is a process, and an observer listens from outside."""
 
 import math
 import sys
@@ -12,7 +12,8 @@ from sunset.experiments.live import LiveClock, LiveSystem
 from sunset.experiments.manager import bring_up_timeout_error, check_injection
 from sunset.experiments.observer import END_SERVICE, Observer
 from sunset.experiments.resources import Resources
-from sunset.experiments.spec import RunSpec, RunTiming
+from sunset.experiments.settings import RunTiming
+from sunset.experiments.spec import RunSpec
 from sunset.harness.supervisor import Phase, Supervisor
 from sunset.interfaces import Message
 from sunset.interfaces.rosgraph_msgs.msg import Clock
@@ -24,6 +25,7 @@ from sunset.metrics import Timeline
 from sunset.names import base_name, qualified_name
 from sunset.processes.signals import held_signals
 from sunset.rmw.backends import live_middleware
+from sunset.rmw.core.live import LiveObserver
 from sunset.rmw.core.port import EndpointKind, RequestId
 from sunset.rmw.core.tap import Tap
 from sunset.ros.context import Context
@@ -32,19 +34,19 @@ from sunset.system import CLOCK_TOPIC, MANAGER_PROCESS, RESULT_TOPIC, TRUTH_TOPI
 _S = 10**9
 _NAMELESS = "a nameless node"
 _ON_ITS_WAY_S = 0.5
-"""A frame that was taken this long before something went wrong may be lost to it."""
+"""A frame that was taken this long before a fault may be lost to it."""
 _LATE = 2.5
-"""Periods between two frames of the bag after which the player was too late with the second."""
+"""Periods between two frames of the bag after which the second was too late."""
 _TOLERANCE = 0.02
-"""Share of frames that a computer may lose; one frame is always tolerated."""
+"""Share of frames that a computer may lose; a single frame is always tolerated."""
 _STEADY_NS = 20_000_000
-"""How far the system's clock may come off a steady one during an experiment."""
+"""Greatest difference of the system's clock from a monotonic clock during an experiment."""
 _PATIENCE_S = 10.0
 """How much longer than planned an experiment may last."""
 
 
 class FrameCount:
-    """Which frames left the bag, and which were segmented; times in nanoseconds by `/clock`."""
+    """The frames that left the bag, and those that were segmented; times in nanoseconds of `/clock`."""
 
     def __init__(self) -> None:
         self.taken: dict[tuple[int, int], int] = {}
@@ -52,11 +54,11 @@ class FrameCount:
         self.ended_early = False
         """Whether the managing system ended the experiment before its time."""
         self.disturbed_ns: int | None = None
-        """When the process of a managed node was found ended or stopped first, without a command."""
+        """When the process of a managed node was first noticed to have ended or stopped, without a command."""
         self.clock_step_ns = 0
-        """By how much the system's clock was set meanwhile."""
+        """By how much the system's clock was set during the run."""
         self.clock: list[tuple[int, int]] = []
-        """When a message on `/clock` was taken to be sent, and what it showed then."""
+        """When a message on `/clock` was sent, and the time in it."""
 
     def note(self, time_ns: int, topic: str, message: Message) -> None:
         """Note a message."""
@@ -72,14 +74,13 @@ class FrameCount:
             self.disturbed_ns = time_ns
 
     def shortfall(self, start_ns: int, timeline: Timeline, timing: RunTiming) -> str:
-        """Return in words why the run does not count where the computer could not keep up; or nothing.
+        """Return in words how the computer could not keep up, so that the run is invalid; empty if it could.
 
-        At most one frame, or 2 % of them, may be lost before anything was done to the system: in a scenario with an
-        outage before its injection, in others before the first command, and before a node's process is ended or
-        stopped from outside.
+        At most a single frame, or 2 % of them, may be lost before the system is disturbed: by an outage, a command,
+        or a node's process that ends or stops from outside.
         """
         if self.ended_early:
-            return ""  # which is not the computer's doing
+            return ""  # the computer is not the reason
         if abs(self.clock_step_ns) > _STEADY_NS:
             return (
                 f"the computer's clock was set by {self.clock_step_ns / _S:+.3f} s, so that times are wrong"
@@ -105,7 +106,7 @@ class FrameCount:
         return ""
 
     def losses(self, start_ns: int, timeline: Timeline, timing: RunTiming) -> tuple[int, int]:
-        """Return how many frames were due before anything was done to the system, and how many of them were lost."""
+        """Return how many frames were due before the system was disturbed, and how many of them were lost."""
         outages = [
             injection.time
             for injection in timeline.injections
@@ -120,7 +121,7 @@ class FrameCount:
 
 
 def _tolerated(frames: int) -> int:
-    """Return how many of so many frames may be lost.
+    """Return how many frames of a number may be lost.
 
     >>> _tolerated(30), _tolerated(240)
     (1, 4)
@@ -129,7 +130,7 @@ def _tolerated(frames: int) -> int:
 
 
 class _Watch(Tap):
-    """Hands what happens in a domain to the observer, in the time of `/clock`."""
+    """Passes events of a domain on to the observer, in the time of `/clock`."""
 
     def __init__(
         self, observer: Observer, frames: FrameCount, clock: LiveClock, viewers: Collection[str] = ()
@@ -139,12 +140,12 @@ class _Watch(Tap):
         self._clock = clock
         self._viewers = viewers
         self.strangers: dict[str, None] = {}
-        """Nodes that are not of the system, in the order in which they came."""
+        """Nodes that are not of the system, in order of their discovery."""
         self.is_ready = False
-        """Whether it has heard of the service that is made last, so that it knows of all before."""
+        """Whether it has discovered the service that is created last, and therefore all before."""
 
     def on_node(self, process: str, node: str) -> None:
-        # hidden nodes, and what `ros2 launch` is itself
+        # hidden nodes, and nodes of `ros2 launch` itself
         is_tool = base_name(node).startswith(("_", "launch_ros_")) or node in self._viewers
         if node not in current_system().all_nodes and not is_tool:
             self.strangers[node] = None
@@ -171,7 +172,7 @@ class _Watch(Tap):
 
 
 class LiveSupervisor(Supervisor):
-    """Waits for a managing system of another process too, which may end the experiment: `~/end` (std_srvs/Trigger)."""
+    """Waits for an external managing system too, which may end the experiment by `~/end` (std_srvs/Trigger)."""
 
     def __init__(
         self, scenario: str, timing: RunTiming, ready: Callable[[], bool], *, context: Context | None = None
@@ -194,12 +195,7 @@ class LiveSupervisor(Supervisor):
 
 
 def slowness(inference_s: float, period_s: float) -> str:
-    """Return in a sentence that a computer is too slow for live runs; empty if it is not.
-
-    Args:
-        inference_s: time that an inference takes [s].
-        period_s: time between two frames [s].
-    """
+    """Return a warning that inferences take too long for the time between two frames; empty if they do not."""
     if inference_s <= period_s / 2:
         return ""
     return (
@@ -209,7 +205,7 @@ def slowness(inference_s: float, period_s: float) -> str:
 
 
 def _inference_s(resources: Resources) -> float:
-    """Return how long an inference takes, once a first one has prepared the network [s]."""
+    """Return how long an inference takes after a first inference has prepared the network [s]."""
     modality = min(resources.model.card.networks)
     resources.segmenter.warm_up(modality)
     began = time.monotonic()
@@ -220,43 +216,24 @@ def _inference_s(resources: Resources) -> float:
 def run_live(
     spec: RunSpec, resources: Resources, observer: Observer, frames: FrameCount, *, log: bool = False
 ) -> tuple[int, str]:
-    """Run one experiment with every node as a process of its own.
+    """Run an experiment with every node as a process of its own.
 
-    Where the managing system fails, the experiment goes on without one.
+    If the managing system fails, the experiment goes on without it.
 
     Returns:
         The time of the injection, nanoseconds of `/clock`; and how the managing system has failed, in a sentence, empty
         if it has not.
-
-    Raises:
-        ManagerError: the managing system could not be loaded, or kept the system from coming up.
-        MissingExtraError: the extra `live` is not installed.
-        SunsetError: the system did not come up or lost a node that it needs, or the scenario could not be injected.
     """
-
-    def show(node: str, line: str) -> None:
-        if log and node == MANAGER_PROCESS:
-            print(line, file=sys.stderr)  # noqa: T201  as in the simulation
-
     warning = slowness(_inference_s(resources), spec.timing.period_s / spec.settings.speed)
     clock = LiveClock(time.time_ns(), float(spec.settings.speed))
     offset_ns = _clock_offset_ns()
     watch = _Watch(observer, frames, clock, spec.settings.viewers)
-    live = live_middleware(spec.settings.middleware)
     with ExitStack() as stack:
-        check_signals = stack.enter_context(held_signals())
-        # a managing system of another process must know the domain beforehand, by ROS_DOMAIN_ID
-        free = nullcontext() if spec.manager == EXTERNAL else live.free_domain_id()
-        domain_id = stack.enter_context(free)
-        # it comes before the nodes and leaves after them: each of its readers that comes or goes occupies all of them
-        tap = stack.enter_context(live.observe(watch, domain_id=domain_id))
-        check_signals()
-        system = stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
+        tap, system = _started(stack, spec, resources, watch, clock, log=log)
         if warning:
             print(warning, file=sys.stderr)  # noqa: T201  before the flight, since it may be lost
-        supervisor = LiveSupervisor(
-            spec.scenario.name, spec.timing, _readiness(spec, watch, system), context=system.context
-        )
+        ready = _readiness(spec, watch, system)
+        supervisor = LiveSupervisor(spec.scenario.name, spec.timing, ready, context=system.context)
         system.executor.add_node(supervisor)
 
         def look() -> None:
@@ -273,13 +250,32 @@ def run_live(
     return supervisor.start_ns or 0, system.manager_failure
 
 
+def _started(
+    stack: ExitStack, spec: RunSpec, resources: Resources, watch: _Watch, clock: LiveClock, *, log: bool
+) -> tuple[LiveObserver, LiveSystem]:
+    """Enter a domain, observe it and start the system in it, until the stack is closed."""
+
+    def show(node: str, line: str) -> None:
+        if log and node == MANAGER_PROCESS:
+            print(line, file=sys.stderr)  # noqa: T201  as in the simulation
+
+    live = live_middleware(spec.settings.middleware)
+    check_signals = stack.enter_context(held_signals())
+    # an external managing system must know the domain beforehand, by ROS_DOMAIN_ID
+    free = nullcontext() if spec.manager == EXTERNAL else live.free_domain_id()
+    domain_id = stack.enter_context(free)
+    # it comes before the nodes and leaves after them: each of its readers that comes or goes occupies all of them
+    tap = stack.enter_context(live.observe(watch, domain_id=domain_id))
+    check_signals()
+    return tap, stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
+
+
 def _clock_offset_ns() -> int:
-    """Return by how much the system's clock is ahead of the monotonic one."""
     return time.time_ns() - time.monotonic_ns()
 
 
 def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[], bool]:
-    """Return a predicate: the observer and the managing system are ready, in a system that is up."""
+    """Return a predicate: the observer and the managing system are ready."""
     if spec.manager != EXTERNAL:
         return lambda: watch.is_ready
     invitations = iter(
@@ -308,12 +304,12 @@ def _conduct(
     timing = spec.timing
 
     def wait(predicate: Callable[[], bool], seconds: float) -> bool:
-        def looked_after() -> bool:
+        def is_over() -> bool:
             system.check(managed=supervisor.phase is Phase.BRING_UP)
             look()
             return predicate()
 
-        return system.spin_until(looked_after, seconds)
+        return system.spin_until(is_over, seconds)
 
     limit = timing.bring_up_limit_s / min(1.0, spec.settings.speed)
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP or not supervisor.missing, limit):
@@ -329,5 +325,5 @@ def _conduct(
             f"{supervisor.phase.value}; does the bag player, which publishes /clock, still run?"
         )
     check_injection(supervisor.injection_problem, observer)
-    # what left the bag before the end is still on its way through the pipeline
+    # frames that left the bag before the end are still in the pipeline
     wait(lambda: False, 0.5 / spec.settings.speed)

@@ -1,4 +1,4 @@
-"""The managing system and the nodes as parts of an experiment, and what is said if one fails."""
+"""The managing system and the nodes of an experiment, and the errors that they cause."""
 
 import traceback
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -7,12 +7,13 @@ from typing import Any, Final
 
 from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetError
 from sunset.experiments.observer import Observer
-from sunset.experiments.spec import RunSpec, Settings
+from sunset.experiments.settings import Settings
+from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.manager_process import ManagerSpec
-from sunset.managing import EXTERNAL
 from sunset.processes.calls import Watch, call_isolated
 from sunset.processes.process import ProcessDeath, killed_error
+from sunset.managing import EXTERNAL
 from sunset.ros import CallbackError
 from sunset.system import current_system
 from sunset.texts import described_error, line_text
@@ -23,15 +24,7 @@ _STILL_S: Final = 60.0
 
 
 def manager_checksum(manager: str, settings: Settings) -> str:
-    """Load a managing system in a process of its own; return the checksum of its files, of `external` an empty text.
-
-    Args:
-        manager: its name, as of `load_manager`.
-        settings: how it will be run.
-
-    Raises:
-        ManagerError: it cannot be loaded.
-    """
+    """Load a managing system in a process of its own; return the checksum of its files, empty for `external`."""
     return checksum_and_versions(manager, settings)[0]
 
 
@@ -48,17 +41,13 @@ def checksum_and_versions(manager: str, settings: Settings) -> tuple[str, dict[s
 def isolate(
     spec: RunSpec, function: Callable[[Watch], Any], *, kept: Collection[int], nodes: Collection[str] = ()
 ) -> Any:
-    """Call a function in which a run takes place in a process of its own, and return what it returns.
+    """Call a function in which a run takes place in a process of its own, and return its result.
 
     Args:
         spec: the run.
         function: as of `call_isolated`.
         kept: the open files that it needs.
-        nodes: those whose code is not SUNSET's own, or need not be.
-
-    Raises:
-        ExtensionError: one of the nodes raised, hung, or ended the process.
-        SunsetError: what the function raised; or the process was ended.
+        nodes: nodes whose code may be an extension's.
     """
     try:
         return call_isolated(function, limit_s=spec.settings.manager_limit_s + _STILL_S, kept=kept)
@@ -71,15 +60,11 @@ def isolate(
         raise killed_error(death, "run") from death
 
 
-def check_name(name: str, given: str) -> None:
-    """Refuse a managing system whose node has the full name of a node of the system; `given` is what the user calls it.
-
-    Raises:
-        ManagerError: it has.
-    """
+def check_name(name: str, manager: str) -> None:
+    """Refuse a managing system whose node has the full name of a node of the system."""
     if name in current_system().all_nodes:
         raise ManagerError(
-            f"The managing system {given} has the name {name}, which is a node of the system; give its class another "
+            f"The managing system {manager} has the name {name}, which is a node of the system; give its class another "
             "node_name."
         )
 
@@ -87,12 +72,12 @@ def check_name(name: str, given: str) -> None:
 def bring_up_timeout_error(
     spec: RunSpec, limit_s: float, missing: Mapping[str, str], commands: int, *, disturbed: bool = False
 ) -> SunsetError:
-    """Return what a user is told when nodes are not all active in time.
+    """Return the error for nodes that are not all active in time.
 
     Args:
         spec: the run.
-        limit_s: how long was waited, in seconds.
-        missing: node → its state, of those that are not as they should be.
+        limit_s: time limit [s].
+        missing: node → its state, for each node that is not active.
         commands: how many requests of the managing system they had meanwhile.
         disturbed: whether the process of a managed node has ended in order, as if shut down through its lifecycle.
     """
@@ -109,12 +94,9 @@ def bring_up_timeout_error(
 
 
 def check_injection(problem: str, observer: Observer) -> None:
-    """Report a failed injection: as a violation if the managing system sent requests, else as an error.
+    """Report a failed injection: as a violation if the managing system sent requests, otherwise as an error.
 
     `problem` is empty if nothing failed.
-
-    Raises:
-        ScenarioError: the faults could not be injected, and the managing system has sent no request.
     """
     if problem and not observer.commands:
         raise ScenarioError(f"{problem[:1].upper()}{problem[1:]}.")
@@ -125,24 +107,17 @@ def check_injection(problem: str, observer: Observer) -> None:
 def node_error(
     spec: RunSpec, node: str, error: BaseException, *, starting: bool = False
 ) -> ExtensionError | None:
-    """Return what a user is told when a node raised, in its constructor or a callback; None if SUNSET itself did.
+    """Return the error for an extension's code that raised in a node; None if SUNSET itself raised.
 
-    Whatever code an extension adds, a class or the effect of a fault, runs in a managed node.
+    Any code of an extension, a class or the effect of a fault, runs in a managed node.
     """
     cause = error.origin if isinstance(error, CallbackError) else error
     if cause is not error and isinstance(cause, ExtensionError):  # a redeployed node could not be started
         return cause
-    place = _foreign_place(
-        [
-            (frame.filename, frame.lineno or 0, frame.name)
-            for frame in traceback.extract_tb(cause.__traceback__)
-        ]
-    )
-    if (
-        not spec.extensions
-        or node not in current_system().nodes
-        or (isinstance(cause, SunsetError) and not place)
-    ):
+    frames = traceback.extract_tb(cause.__traceback__)
+    place = _foreign_place([(frame.filename, frame.lineno or 0, frame.name) for frame in frames])
+    is_own = isinstance(cause, SunsetError) and not place
+    if is_own or not spec.extensions or node not in current_system().nodes:
         return None
     if starting:
         return ExtensionError(f"The node {node} could not be started: {described_error(cause)}{place}.")
@@ -152,7 +127,7 @@ def node_error(
 
 
 def _foreign_place(frames: Sequence[tuple[str, int, str]]) -> str:
-    """Return which line of the first file that is not SUNSET's was the last to run; the frames are outermost first."""
+    """Return the last line that ran of the first file outside SUNSET, as text; the frames are outermost first."""
     foreign = [frame for frame in frames if not Path(frame[0]).is_relative_to(_PACKAGE)]
     if not foreign:
         return ""

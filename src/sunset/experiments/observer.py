@@ -1,6 +1,6 @@
 """The outside observer: records every message, and every command that reached the managed system.
 
-It listens at the middleware, not at any node: what a managing system says of itself has no weight.
+It listens at the middleware, not at any node, so that it does not depend on claims of the managing system.
 """
 
 from collections.abc import Collection
@@ -57,14 +57,14 @@ _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.value
 """Nodes that a managing system must not call."""
 
 END_SERVICE: Final = "/experiment/end"
-"""By which a managing system of another process may say that it is done."""
+"""The service by which an external managing system may end the experiment."""
 
 _ORACLE_NODE: Final = f"/{Oracle.node_name}"
 _USE_SIM_TIME: Final = "use_sim_time"
-"""The parameter that chooses a node's clock: where that jumps, a redeployed node need not boot."""
+"""The parameter that selects a node's clock: if that jumps, a redeployed node need not boot."""
 
 _SEED: Final = "seed"
-"""The parameter that a node's noise is drawn from: whoever knows how seeds are drawn might find the run's by it."""
+"""The seed of a node's noise, from which the run's seed might be derived."""
 
 _OUTCOMES: Final = {outcome.to_label() for outcome in TransitionCallbackReturn}
 _REQUESTS: Final = [step for step in TRANSITIONS if step.label not in _OUTCOMES]
@@ -83,10 +83,10 @@ def shown_topics(manager: str) -> frozenset[str]:
 
 
 class Sink(Protocol):
-    """What the observer writes to."""
+    """The target of the observer."""
 
     def write(self, topic: str, time_ns: int, message: Message) -> None:
-        """Keep one message."""
+        """Keep a message."""
 
 
 class Observer(Tap):
@@ -96,7 +96,7 @@ class Observer(Tap):
         sink: gets every message, in the order in which it left its publisher.
         shown: topics with the truth that the node of the managing system may read; others must not.
         viewers: full names of nodes that may subscribe to everything, but not publish or call.
-        task: the managing system's; adaptations break a rule where it is to diagnose.
+        task: the managing system's; adaptations break a rule if it is to diagnose.
     """
 
     def __init__(
@@ -117,16 +117,16 @@ class Observer(Tap):
         }
         self._own_services = tuple(f"{node}/" for node in sorted(self._system.all_nodes))
         self._pending: dict[tuple[str, RequestId], Command] = {}
-        """Requests that are not answered yet, also those of the experiment's own clients."""
+        """Requests that are not answered yet, including those of the experiment's own clients."""
         self.evidence: Evidence = "symptoms"
-        """What the managing system looked at: images, if one of its nodes subscribed to them."""
+        """The evidence of the managing system: images, if one of its nodes subscribed to them."""
         self.commands = 0
-        """How many requests of the managing system reached the managed one."""
+        """How many requests of the managing system reached the managed system."""
         self._violations: dict[str, None] = {}
 
     @property
     def violations(self) -> list[str]:
-        """What the managing system did that it must not, in words: the first 20 in order, and how many more."""
+        """The rules that the managing system broke, in words: the first 20 in order, and how many more."""
         first, further = [*self._violations][:_MOST_VIOLATIONS], len(self._violations) - _MOST_VIOLATIONS
         return first if further <= 0 else [*first, f"and {further} more violations"]
 
@@ -135,10 +135,10 @@ class Observer(Tap):
         self._violations[shorten(violation)] = None
 
     def on_node(self, process: str, node: str) -> None:
-        """Note managing-system nodes that use the name of a system's node, and restarted nodes."""
+        """Note nodes of the managing system with the name of a system's node, and restarted nodes."""
         for command in self._pending.values():
             if command.node == node and command.kind != "redeploy":  # which the launcher answers
-                command.reason = command.reason or "the node ended"  # what the new one does is not evidence
+                command.reason = command.reason or "the node ended"  # transitions of the new node are not its
         if node not in self._system.all_nodes:
             return
         if process == MANAGER_PROCESS or (process in self._system.nodes and node != full_name(process)):
@@ -149,7 +149,7 @@ class Observer(Tap):
         """Note endpoints that break a rule.
 
         Only a sensor's own readers may subscribe to its topic. Managed nodes may subscribe only to topics of the
-        managed system. No other node may subscribe to a topic with the truth, or offer a service of the system.
+        managed system. Other nodes must not subscribe to a topic with the truth, or offer a service of the system.
         """
         subscribes = kind is EndpointKind.SUBSCRIPTION
         if subscribes and node in self._viewers:
@@ -172,7 +172,7 @@ class Observer(Tap):
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Record a message that leaves its publisher, unless it is forged.
 
-        A managed node publishes what its description says, and no other node on the system's topics.
+        A managed node publishes only on the topics of its description, and other nodes not on the system's topics.
         """
         is_shared = topic == DIAGNOSTICS_TOPIC and isinstance(message, DiagnosticArray)
         is_own = not is_shared and (topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES))
@@ -190,16 +190,13 @@ class Observer(Tap):
                 self._note_transition(node, message)
 
     def _is_forged(self, topic: str, node: str, message: Message) -> bool:
-        """Return whether a message on a topic that all nodes share is in the name of a node that did not send it."""
+        """Return whether a message on a topic that all nodes share names another node as its sender."""
         if topic == PARAMETER_EVENTS_TOPIC and isinstance(message, ParameterEvent):
             return message.node != node
         if topic == DIAGNOSTICS_TOPIC and isinstance(message, DiagnosticArray):
-            names = (
-                name for status in message.status for name in (status.hardware_id, status.name.split(":")[0])
-            )
-            return any(
-                name != short_name(node) and name in self._system.nodes for name in map(base_name, names)
-            )
+            pairs = ((status.hardware_id, status.name.split(":")[0]) for status in message.status)
+            names = {base_name(name) for pair in pairs for name in pair} - {short_name(node)}
+            return bool(names & {*self._system.nodes})
         return False
 
     def on_request(  # noqa: PLR0917  as of Tap
@@ -231,17 +228,17 @@ class Observer(Tap):
     def on_response(
         self, time_ns: int, service: str, server: str, response: Message, request_id: RequestId
     ) -> None:
-        """Complete the command that this response answers, and record it."""
+        """Complete the command of this response, and record it."""
         del server
         command = self._pending.pop((service, request_id), None)
         if command is not None:
             command.successful, command.reason = _outcome(response)
-            if isinstance(response, SetParameters.Response) and command.successful:  # each is set for itself
+            if isinstance(response, SetParameters.Response) and command.successful:  # each is set separately
                 _keep_accepted(command, response)
             self._write(time_ns, command)
 
     def finish(self, time_ns: int) -> None:
-        """Record the commands that were never answered, as unsuccessful unless their node was seen to do them."""
+        """Record the commands that were never answered, as unsuccessful unless their transition was observed."""
         for command in self._pending.values():
             command.reason = "not answered, but done" if command.successful else "never answered"
             self._write(time_ns, command)
@@ -268,13 +265,13 @@ class Observer(Tap):
             command.reason = "not answered"
 
     def _may_publish(self, node: str, topic: str) -> bool:
-        """Return whether a node may publish on a topic: as its description says, where it is a managed one."""
+        """Return whether a node may publish on a topic: a managed node only on its description's outputs."""
         if topic in _TOPICS_OF_ALL or topic == f"{node}/transition_event":
             return True
         return topic in self._outputs.get(node, {topic})
 
     def _may_feed(self, topic: str) -> bool:
-        """Return whether a managed node may subscribe to a topic: not of the managing system's, and not the truth."""
+        """Return whether a managed node may subscribe to a topic: not of the managing system, and not the truth."""
         if topic in OFF_LIMITS_TOPICS:
             return False
         return topic in {*self._system.own_topics, PARAMETER_EVENTS_TOPIC} or topic.startswith(
@@ -327,7 +324,7 @@ def _outcome(response: Message) -> tuple[bool, str]:
 
 
 def _keep_accepted(command: Command, response: SetParameters.Response) -> None:
-    """Leave only those parameters in a command that the node has accepted."""
+    """Keep only those parameters in a command that the node has accepted."""
     # a foreign node may answer less
     triples = zip(command.parameters, command.values, response.results, strict=False)
     kept = [(name, value) for name, value, result in triples if result.successful]
@@ -335,7 +332,7 @@ def _keep_accepted(command: Command, response: SetParameters.Response) -> None:
 
 
 def _text(message: ParameterValue) -> str:
-    """Return a parameter's value as text, as in YAML; `unset` for one without a type that ROS knows."""
+    """Return a parameter's value as text, as in YAML; `unset` for a type that ROS does not know."""
     try:
         value = parameter_value_to_python(message)
     except InvalidParameterTypeException:  # the node refuses it too; here it is only described

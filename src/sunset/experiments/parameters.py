@@ -12,7 +12,7 @@ Parameters = dict[str, Value]
 
 
 def manager_parameters(spec: RunSpec, resources: Resources) -> Parameters:
-    """Return what the managing system is told of the experiment: parameter → value, on any middleware."""
+    """Return the parameters of the managing system, on any middleware."""
     card = resources.model.card
     parameters: Parameters = {
         "entropy_threshold": card.entropy_threshold,
@@ -24,7 +24,7 @@ def manager_parameters(spec: RunSpec, resources: Resources) -> Parameters:
 
 
 def known_scenario(spec: RunSpec, resources: Resources) -> KnownScenario | None:
-    """Return what the oracle is told of a run; None for every other managing system."""
+    """Return the oracle's knowledge of a run; None for every other managing system."""
     if spec.manager != ORACLE:
         return None
     faults = resources.scenario.faults
@@ -48,7 +48,7 @@ def known_scenario(spec: RunSpec, resources: Resources) -> KnownScenario | None:
 
 
 def _unlisted(fault: Fault) -> UnlistedFault | None:
-    """Return what the oracle's process must be told of a fault, whose catalogue may not list it."""
+    """Return the description of a fault that the catalogue of the oracle's process may lack."""
     if fault not in unlisted().faults:
         return None
     return UnlistedFault(

@@ -1,7 +1,8 @@
-"""What a run needs besides its specification: the model, the bag, the cache of inferences."""
+"""The resources of runs: models, bags, inference caches."""
 
 import hashlib
 import json
+import logging
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Final, cast
 
 from sunset.calibration import fit_to_flight
+from sunset.confinement import missing_walls
 from sunset.data import (
     DEFAULT_FLIGHT,
     RENDERING,
@@ -26,31 +28,33 @@ from sunset.data.bag_paths import check_bag_path
 from sunset.errors import DataError, InvalidInputError, ModelError
 from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import start_server
-from sunset.managing import is_registered
-from sunset.perception import InferenceCache, Modality, Model, ModelCard, Segmenter, load_model
 from sunset.processes.forking import FORKING
-from sunset.processes.workers import Progress, Stages
+from sunset.managing import EXTERNAL, MANAGERS, is_registered
+from sunset.perception import InferenceCache, Modality, Model, ModelCard, Segmenter, load_model
 from sunset.scenarios import Scenario, with_strengths
 from sunset.texts import listed
+from sunset.processes.workers import Stages
 
 _OPEN_BAGS: Final = 16
-"""How many are kept open: those of a panel, and some more."""
+"""How many bags are kept open: those of a panel, and some more."""
 
 MEASURING: Final = "Measuring the flight"
+
+_log: Final = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Resources:
-    """What a run is made with, loaded and checked.
+    """The resources of a run, loaded and checked.
 
     Attributes:
         model: the model; its card has the thresholds that hold on the flight.
         segmenter: runs it.
         bag: the frames.
         bag_checksum: SHA-256 over the bag's files, in hexadecimal.
-        scenario: that of the run, with the model's strengths in place of severities.
-        of_flight: whether the thresholds were found on the flight; they are the model's own if not.
-        warning: what a reader of the run must know of the flight, in one sentence; empty if nothing.
+        scenario: the run's scenario, with the model's strengths in place of severities.
+        of_flight: whether the thresholds were computed on the flight; they are the model's own if not.
+        warning: a sentence of warning about the flight with this model; empty if there is none.
     """
 
     model: Model
@@ -63,27 +67,43 @@ class Resources:
 
 
 def prepare(spec: RunSpec, *, progress: Stages | None = None) -> Resources:
-    """Load the model, open the bag, render the flight and find its thresholds, where these are not there yet.
+    """Load the model, open the bag, render the flight and compute its thresholds, unless they are cached.
 
-    Every network is run on a frame, unless the cache knows what it answers.
+    Every network segments a frame, unless the cache has its result.
 
     Args:
-        spec: what is to be run.
-        progress: called with (what is done, frames done, frames in all) while the flight is rendered and measured.
+        spec: the run.
+        progress: called with (stage, frames done, all frames) while the flight is rendered and measured.
 
     Raises:
-        ModelError: there is no such model, it is corrupt, lacks a network, was never calibrated, or a network fails.
-        InvalidInputError: there is no such device, or nothing can be flown as the flight says.
+        ModelError: the model is missing or corrupt, lacks a network, was never calibrated, or a network fails.
+        InvalidInputError: the device is unknown, or the flight is not possible.
         MissingExtraError: the device needs a package that is not installed.
-        DataError: there is no such bag, it is corrupt, or too short.
+        DataError: the bag is missing, corrupt or too short.
         ScenarioError: no strength of a fault is as severe for the model as the scenario says.
         OutputError: the cache folder cannot be written.
     """
     return prepare_all([spec], progress=progress)[0]
 
 
+def prepare_runs(specs: Sequence[RunSpec], preparing: Stages | None) -> list[Resources]:
+    """Prepare runs as `prepare_all`; log warnings about their flights if the progress is shown, too."""
+    prepared = prepare_all(specs, progress=preparing)
+    for spec, resources in zip(specs, prepared, strict=True):
+        if resources.warning and preparing is not None:
+            _log.warning("%s: %s", flight_name(spec), resources.warning)
+    return prepared
+
+
+def warn_of_walls(specs: Sequence[RunSpec]) -> None:
+    """Log which walls this system lacks, if a run has a managing system of the user's behind them."""
+    if any(spec.manager not in {*MANAGERS, EXTERNAL} and not is_registered(spec.manager) for spec in specs):
+        for name, reason in missing_walls().items():
+            _log.warning("Managing systems run without %s on this system: %s.", name, reason)
+
+
 def prepare_all(specs: Sequence[RunSpec], *, progress: Stages | None = None) -> list[Resources]:
-    """Do what `prepare` does for several runs, and render all flights at once."""
+    """Prepare several runs as `prepare` does, and render all their flights at once."""
     if any(not spec.settings.live and not is_registered(spec.manager) for spec in specs):
         start_server()
     with FORKING:
@@ -93,27 +113,19 @@ def prepare_all(specs: Sequence[RunSpec], *, progress: Stages | None = None) -> 
         total, done = sum(len(resources.bag) for resources in opened), 0
         prepared = []
         for spec, resources in zip(specs, opened, strict=True):
-            measuring = None if progress is None else partial(_advance, progress, done, total)
-            prepared.append(_with_thresholds(spec, resources, measuring))
+            prepared.append(_with_thresholds(spec, resources, progress, done, total))
             done += len(resources.bag)
         return prepared
 
 
-def _advance(progress: Stages, before: int, total: int, done: int, _: int) -> None:
-    progress(MEASURING, before + done, total)
-
-
 def _usable_model(spec: RunSpec) -> Model:
-    """Load the model of a run.
-
-    Raises:
-        ModelError: the model is missing, or lacks a network or thresholds.
-    """
+    """Load the model of a run."""
     model = load_model(spec.settings.model)
     if missing := missing_networks(model):
         raise ModelError(
             f"The model {model.card.name!r} lacks {missing}, which a run needs, since the sensor fusion switches "
-            f"between {listed([one.key for one in Modality])}: train or import a model with all three networks."
+            f"between {listed([modality.key for modality in Modality])}: train or import a model with all three "
+            "networks."
         )
     if model.card.sharpness_threshold <= 0:
         raise ModelError(
@@ -124,7 +136,6 @@ def _usable_model(spec: RunSpec) -> Model:
 
 
 def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
-    """Open the bag and run every network on a frame."""
     scenario = with_strengths(spec.scenario, model.card.severities, model.card.name)
     bag, checksum = _reader(path, (model.card.height, model.card.width))
     timing = spec.timing
@@ -139,31 +150,38 @@ def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
     cache = _inference_cache(cache_folder()) if spec.settings.cache else None
     segmenter = Segmenter(model, device=spec.settings.device, cache=cache)
     frame = bag.frame(0)
-    for modality in Modality:  # what is wrong with a network is found before the sensor fusion turns to it
+    for modality in Modality:  # a broken network is noticed before the sensor fusion switches to it
         segmenter.segment(modality, frame.rgb, frame.depth)
     return Resources(model, segmenter, bag, checksum, scenario)
 
 
-def _with_thresholds(spec: RunSpec, resources: Resources, progress: Progress | None) -> Resources:
-    """Put the thresholds that hold on the flight into the model's card."""
-    model, found = fit_to_flight(
+def _with_thresholds(
+    spec: RunSpec, resources: Resources, progress: Stages | None, before: int, total: int
+) -> Resources:
+    """Put the thresholds that hold on the flight into the model's card; `before` frames of `total` are measured."""
+
+    def measuring(done: int, _: int) -> None:
+        if progress is not None:
+            progress(MEASURING, before + done, total)
+
+    model, thresholds = fit_to_flight(
         resources.model,
         resources.bag,
         device=resources.segmenter.device,
         cache=inference_file() if spec.settings.cache else None,
-        progress=progress,
+        progress=measuring,
     )
-    warning = "" if found is None else found.warning(model.card.name)
-    return replace(resources, model=model, of_flight=found is not None, warning=warning)
+    warning = "" if thresholds is None else thresholds.warning(model.card.name)
+    return replace(resources, model=model, of_flight=thresholds is not None, warning=warning)
 
 
 def model_checksum(card: ModelCard) -> str:
-    """Return the SHA-256 of what a model's card says, in hexadecimal."""
+    """Return the SHA-256 of a model's card, in hexadecimal."""
     return hashlib.sha256(json.dumps(card.to_json(), sort_keys=True).encode()).hexdigest()
 
 
 def missing_networks(model: Model) -> str:
-    """Return which networks a run needs and a model has not, in words; empty if it has all three."""
+    """Return which networks a run needs and a model lacks, in words; empty if it has all three."""
     lacking = [modality.key for modality in Modality if modality not in model.card.networks]
     return listed(lacking) if lacking else ""
 
@@ -171,11 +189,8 @@ def missing_networks(model: Model) -> str:
 def flight_plan(spec: RunSpec) -> FlightPlan | None:
     """Return the plan of a run's flight; None if it is a bag.
 
-    It is as long as any seed's run of this duration needs, or as the default flight, whichever is longer; where it may
-    begin again, it is as long as the default flight.
-
-    Raises:
-        InvalidInputError: no flight can be that long.
+    It is as long as any seed's run of this duration needs, or as the default flight, whichever is longer. With
+    `loop` it is as long as the default flight.
     """
     if spec.flight.bag is not None:
         return None
@@ -191,25 +206,26 @@ def flight_plan(spec: RunSpec) -> FlightPlan | None:
 
 
 def flight_name(spec: RunSpec) -> str:
-    """Return what a run's flight is called, with its length where that is not the default flight's."""
+    """Return the name of a run's flight, with its length if that differs from the default flight's."""
     plan = flight_plan(spec)
     length = "" if plan is None or plan.frames == DEFAULT_FLIGHT.frames else f"-{plan.frames}frames"
     return f"{spec.flight.name}{length}"
 
 
-_found_flights: set[Path] = set()
+_verified_flights: set[Path] = set()
 """The places of flights that this process has rendered or verified."""
 
 
 def _find_flights(specs: Sequence[RunSpec], progress: Stages | None) -> list[Path]:
-    """Return the bags of runs; flights are rendered where they are not there, and verified once a process."""
+    """Return the bags of runs; missing flights are rendered, and all are verified once a process."""
     plans = [flight_plan(spec) for spec in specs]
-    wanted = [plan for plan in plans if plan is not None]
-    unknown = [
-        plan for plan in wanted if not (flight_place(plan) in _found_flights and flight_place(plan).exists())
-    ]
-    flight_bags(unknown, progress=None if progress is None else partial(progress, RENDERING))
-    _found_flights.update(map(flight_place, unknown))
+    places = {flight_place(plan): plan for plan in plans if plan is not None}
+    unknown = {
+        place: plan for place, plan in places.items() if not (place in _verified_flights and place.exists())
+    }
+    rendering = None if progress is None else partial(progress, RENDERING)
+    flight_bags(list(unknown.values()), progress=rendering)
+    _verified_flights.update(unknown)
     return [
         cast("Path", spec.flight.bag) if plan is None else flight_place(plan)
         for spec, plan in zip(specs, plans, strict=True)
@@ -217,10 +233,7 @@ def _find_flights(specs: Sequence[RunSpec], progress: Stages | None) -> list[Pat
 
 
 def _reader(path: Path, size: tuple[int, int]) -> tuple[BagReader, str]:
-    """Return a bag, read at a size (height, width), and its checksum.
-
-    It is opened and checked once, unless its files have changed since.
-    """
+    """Return a bag, read at a size (height, width), and its checksum; it is opened again if its files have changed."""
     check_bag_path(path)
     checksum = bag_checksum(path)
     before = _opened.cache_info().hits

@@ -1,33 +1,33 @@
-"""One experiment: from its specification to its record and its metrics."""
+"""An experiment: from its specification to its record and its metrics."""
 
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import onnxruntime
 from msgspec import UNSET, UnsetType
 from msgspec.structs import replace
 
 from sunset.confinement import WALLS, missing_walls
-from sunset.errors import ManagerError
+from sunset.errors import ExtensionError, ManagerError, MiddlewareError
 from sunset.experiments.manager import check_name, checksum_and_versions, isolate, manager_checksum
 from sunset.experiments.observer import Observer, shown_topics
 from sunset.experiments.parameters import known_scenario, manager_parameters
-from sunset.experiments.resources import Resources, flight_name, prepare
+from sunset.experiments.resources import Resources, flight_name, prepare, prepare_runs, warn_of_walls
+from sunset.experiments.settings import STORED, Settings
 from sunset.experiments.simulated import run_simulated
-from sunset.experiments.spec import RunSpec
-from sunset.experiments.stored_faults import stored_faults
+from sunset.experiments.spec import RunSpec, stored_faults
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.manager_process import ManagerSpec
 from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import Command, FaultInjection
+from sunset.processes.calls import Watch
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import Evidence, RunMetrics, Timeline, score
-from sunset.processes.calls import Watch
 from sunset.recording import (
     RecordedMessage,
     RecordWriter,
@@ -41,22 +41,25 @@ from sunset.rmw.backends import live_middleware
 from sunset.scenarios import Scenario
 from sunset.source_files import package_version
 from sunset.system import current_system, degradations_of, short_name, suite_size, system_with
+from sunset.processes.workers import Stages
 
 _AT_ONCE_S: Final = 0.1
 """Faults that are due when the measured time begins are injected by then."""
 
 
-def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
-    """Run one experiment, write its record to a new folder, and score it.
+def run(spec: RunSpec, folder: Path, *, log: bool = False, preparing: Stages | None = None) -> StoredRun:
+    """Run an experiment, write its record to a new folder, and score it.
 
-    The folder appears when the run is complete, under its final name. A simulated experiment takes place in a process
-    of its own, and the managing system in another one; what is measured is computed here, from the recorded messages
-    and from nothing else. Where the managing system fails, the run goes on without one, and the record says so.
+    The folder appears when the run is complete. A simulated experiment takes place in a process of its own, and the
+    managing system in another process; the figures are computed here, from the recorded messages only. If the managing
+    system fails, the run goes on without it, and the record says so.
 
     Args:
-        spec: what is run.
+        spec: the run.
         folder: the record's folder, which must not exist, or be empty.
-        log: whether what the managing system logs goes to stderr as well as to the record.
+        log: whether messages that the managing system logs are printed on stderr, too.
+        preparing: called with (stage, frames done, all frames) while the flight is rendered and measured, and before
+            the run. Warnings about the flight and about missing walls are logged only if it is given.
 
     Raises:
         ManagerError: the managing system could not be loaded, or was changed meanwhile.
@@ -66,7 +69,11 @@ def run(spec: RunSpec, folder: Path, *, log: bool = False) -> StoredRun:
         OutputError: the record cannot be written.
     """
     spec.load_extensions()
-    return run_prepared(spec, prepare(spec), folder, log=log)
+    (resources,) = prepare_runs([spec], preparing)
+    if preparing is not None:
+        warn_of_walls([spec])
+        preparing("Running", 0, 0)
+    return run_prepared(spec, resources, folder, log=log)
 
 
 def run_prepared(
@@ -79,11 +86,11 @@ def run_prepared(
     wanted: Callable[[str], bool] | None = None,
     played: Sequence[Command] = (),
 ) -> StoredRun:
-    """Run one experiment with what `prepare` has found, its extensions loaded; as `run`.
+    """Run an experiment with the resources of `prepare`, its extensions loaded; as `run`.
 
     Args:
-        spec: what is run.
-        resources: what `prepare` has found.
+        spec: the run.
+        resources: the result of `prepare`.
         folder: the record's folder.
         log: as of `run`.
         known: the checksum that the managing system's files must have; None for any.
@@ -97,45 +104,54 @@ def run_prepared(
         messages = writer.messages(story_topics())
         observed = timeline_of(described, messages)
         figures = score(observed)
-        shortfall, frames_lost = outcome.shortfall(observed)
         reasons = [
             *outcome.violations,
             *_unconfirmed(messages, spec.scenario, outcome.start_ns),
             *_unseen(observed),
-            *filter(None, [shortfall]),
         ]
-        stored = writer.close(
-            replace(
-                described,
-                manager_checksum=outcome.manager_checksum,
-                manager_versions=outcome.manager_versions or UNSET,
-                manager_failed=outcome.failure or None,
-                evidence=outcome.evidence,
-                start_ns=outcome.start_ns,
-                metrics=figures.to_json(),
-                fault_outcomes=figures.outcomes,
-                computer_kept_up=not shortfall if spec.settings.live else UNSET,
-                frames_lost=frames_lost,
-                valid=not reasons,
-                reason="; ".join(reasons),
-            )
-        )
+        stored = writer.close(_scored(described, outcome, reasons, outcome.shortfall(observed), figures))
     return StoredRun(folder, stored, observed, figures, log_of(messages))
 
 
+def _scored(
+    described: RunRecord,
+    outcome: "_Outcome",
+    reasons: list[str],
+    shortfall: tuple[str, int] | None,
+    figures: RunMetrics,
+) -> RunRecord:
+    """Return the record of a finished run, with its figures, and with the reasons for which it is invalid."""
+    if shortfall is not None and shortfall[0]:
+        reasons = [*reasons, shortfall[0]]
+    return replace(
+        described,
+        manager_checksum=outcome.manager_checksum,
+        manager_versions=outcome.manager_versions or UNSET,
+        manager_failed=outcome.failure or None,
+        evidence=outcome.evidence,
+        start_ns=outcome.start_ns,
+        metrics=figures.to_json(),
+        fault_outcomes=figures.outcomes,
+        computer_kept_up=UNSET if shortfall is None else not shortfall[0],
+        frames_lost=UNSET if shortfall is None else shortfall[1],
+        valid=not reasons,
+        reason="; ".join(reasons),
+    )
+
+
 def _unconfirmed(messages: Sequence[RecordedMessage], scenario: Scenario, start_ns: int) -> Iterator[str]:
-    """Yield which faults were refused, but for those that the scenario executor answers for when the time begins."""
+    """Yield which faults were refused, except those that the scenario executor reports at the injection."""
     answered = {
         fault.name
         for fault in scenario.faults
         if fault.at == 0 and fault.after is None and fault.profile.rise is None
     }
     for recorded in messages:
-        one = recorded.message
-        if isinstance(one, FaultInjection) and not one.confirmed:
-            time_s = (ns_of(one.stamp) - start_ns) / NS_PER_S
-            if time_s > _AT_ONCE_S or one.fault not in answered:
-                yield f"{short_name(one.node)} did not confirm {one.fault} at {time_s:.2f} s"
+        message = recorded.message
+        if isinstance(message, FaultInjection) and not message.confirmed:
+            time_s = (ns_of(message.stamp) - start_ns) / NS_PER_S
+            if time_s > _AT_ONCE_S or message.fault not in answered:
+                yield f"{short_name(message.node)} did not confirm {message.fault} at {time_s:.2f} s"
 
 
 def _unseen(observed: Timeline) -> Iterator[str]:
@@ -150,13 +166,7 @@ def _unseen(observed: Timeline) -> Iterator[str]:
 def record_failure(
     spec: RunSpec, resources: Resources, folder: Path, *, manager_checksum: str, reason: str
 ) -> None:
-    """Write what stands in the place of a run that failed: a record without messages or figures.
-
-    Its managing system or a node of an extension failed.
-
-    Raises:
-        OutputError: it cannot be written.
-    """
+    """Write the record of a run whose managing system or extension failed: without messages or figures."""
     with RecordWriter(folder) as writer:
         writer.close(
             replace(
@@ -170,28 +180,45 @@ def record_failure(
         )
 
 
+def run_of_campaign(spec: RunSpec, folder: Path, known: str | None) -> None:
+    """Load the extensions and prepare the resources of a run, and do it as `record_run`."""
+    spec.load_extensions()
+    record_run(spec, prepare(spec), folder, known)
+
+
+def record_run(spec: RunSpec, resources: Resources, folder: Path, known: str | None) -> None:
+    """Do a run; if its managing system, or a node of an extension, fails, write a record of the failure."""
+    try:
+        run_prepared(spec, resources, folder, known=known)
+    except (ManagerError, MiddlewareError, ExtensionError) as error:
+        # in the simulation, only code of the user can have misused the middleware
+        ours = spec.manager in MANAGERS or (spec.settings.live and isinstance(error, MiddlewareError))
+        if ours and not isinstance(error, ExtensionError):
+            raise
+        record_failure(spec, resources, folder, manager_checksum=known or "", reason=str(error))
+
+
 @dataclass(frozen=True)
 class _Outcome:
-    """What a run yields besides its messages.
+    """The results of a run besides its messages.
 
     Attributes:
         start_ns: the time of the injection, nanoseconds of the experiment's clock.
-        violations: what the managing system did that it must not.
+        violations: the rules that the managing system broke, in words.
         manager_checksum: of the managing system's files.
-        shortfall: says why the computer could not keep up, if it could not, and how many frames it lost; in the
-            simulation it always can.
-        failure: how the managing system has failed, in a sentence; empty if it has not.
+        failure: how the managing system failed, in a sentence; empty if it did not.
+        evidence: whether the managing system looked at symptoms only, or at images.
         manager_versions: of the distributions that the managing system imported when it was loaded.
-        evidence: what the managing system looked at.
+        shortfall: returns why the computer could not keep up, or nothing, and how many frames it lost; live.
     """
 
     start_ns: int
     violations: tuple[str, ...]
     manager_checksum: str
-    shortfall: Callable[[Timeline], tuple[str, int | UnsetType]] = lambda _: ("", UNSET)
-    failure: str = ""
-    manager_versions: Mapping[str, str] = field(default_factory=dict)
-    evidence: Evidence = "symptoms"
+    failure: str
+    evidence: Evidence
+    manager_versions: Mapping[str, str]
+    shortfall: Callable[[Timeline], tuple[str, int] | None] = lambda _: None
 
 
 def _run_simulated(
@@ -214,33 +241,22 @@ def _run_simulated(
     with manager_process(manager_spec) as manager:
         check_name(f"/{manager.loaded.node_name}", spec.manager)
 
-        def run_isolated(watch: Watch) -> dict[str, object]:
+        def run_isolated(watch: Watch) -> dict[str, Any]:
             with system_with(fault.name for fault in spec.scenario.faults):
                 observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
                 start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
             manager.process.kill()
             writer.hand_over()
-            return {
-                "start_ns": start_ns,
-                "violations": observer.violations,
-                "failure": failure,
-                "evidence": observer.evidence,
-            }
+            outcome = {"start_ns": start_ns, "failure": failure, "evidence": observer.evidence}
+            return outcome | {"violations": tuple(observer.violations)}
 
-        found = manager.checksum()
-        _check_same(spec.manager, found, known)
+        checksum = manager.checksum()
+        _check_same(spec.manager, checksum, known)
         nodes = current_system().nodes if spec.extensions else ()
-        told = isolate(spec, run_isolated, kept=manager.process.descriptors, nodes=nodes)
-        _check_same(spec.manager, manager.checksum(), found)
+        outcome = isolate(spec, run_isolated, kept=manager.process.descriptors, nodes=nodes)
+        _check_same(spec.manager, manager.checksum(), checksum)
     writer.take_over()
-    return _Outcome(
-        int(told["start_ns"]),
-        tuple(told["violations"]),
-        found,
-        failure=str(told["failure"]),
-        manager_versions=manager.imported_versions(),
-        evidence=told["evidence"],
-    )
+    return _Outcome(**outcome, manager_checksum=checksum, manager_versions=manager.imported_versions())
 
 
 def _run_live(
@@ -248,15 +264,15 @@ def _run_live(
 ) -> _Outcome:
     from sunset.experiments import live_run  # noqa: PLC0415  needs an optional extra
 
-    frames = live_run.FrameCount()
-    found, imported = checksum_and_versions(spec.manager, spec.settings)
-    _check_same(spec.manager, found, known)
+    frames, settings = live_run.FrameCount(), spec.settings
+    checksum, imported = checksum_and_versions(spec.manager, settings)
+    _check_same(spec.manager, checksum, known)
     with system_with(fault.name for fault in spec.scenario.faults):
         observer = Observer(
-            writer, shown=shown_topics(spec.manager), viewers=spec.settings.viewers, task=spec.settings.task
+            writer, shown=shown_topics(spec.manager), viewers=settings.viewers, task=settings.task
         )
         start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
-    _check_same(spec.manager, manager_checksum(spec.manager, spec.settings), found)
+    _check_same(spec.manager, manager_checksum(spec.manager, settings), checksum)
 
     def shortfall(timeline: Timeline) -> tuple[str, int]:
         times = (start_ns, timeline, spec.timing)
@@ -264,32 +280,26 @@ def _run_live(
 
     ended = ("the managing system ended it before its time",) if frames.ended_early else ()
     return _Outcome(
-        start_ns,
-        (*observer.violations, *ended),
-        found,
-        shortfall,
-        failure,
-        imported,
-        observer.evidence,
+        start_ns=start_ns,
+        violations=(*observer.violations, *ended),
+        manager_checksum=checksum,
+        failure=failure,
+        evidence=observer.evidence,
+        manager_versions=imported,
+        shortfall=shortfall,
     )
 
 
-def _check_same(manager: str, found: str, known: str | None) -> None:
-    """Check that a managing system's files have a known checksum, if there is one.
-
-    Raises:
-        ManagerError: they have another.
-    """
-    if known not in {None, found}:
+def _check_same(manager: str, checksum: str, known: str | None) -> None:
+    if known not in {None, checksum}:
         raise ManagerError(
             f"The managing system {manager} was changed while it was run; run the new one in a new folder."
         )
 
 
 def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
-    """Return the full specification of a run as it is stored, before it has a result: no paths, no wall clock."""
-    settings, card, bag = spec.settings, resources.model.card, resources.bag
-    timing = spec.timing
+    """Return the record of a run before it has a result: its full specification, without paths and wall clock."""
+    settings, card = spec.settings, resources.model.card
     return RunRecord(
         scenario=spec.scenario.name,
         faults=stored_faults(resources.scenario, spec.scenario),
@@ -303,27 +313,6 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         model=card.name,
         model_checksums={str(modality): network.digest for modality, network in card.networks.items()},
         device=resources.segmenter.device,
-        middleware=settings.middleware,
-        flight=flight_name(spec),
-        flight_conditions=(not spec.flight.bag and spec.flight.conditions()) or UNSET,
-        flight_warning=resources.warning or UNSET,
-        bag_frames=len(bag),
-        bag_checksum=resources.bag_checksum,
-        bag_looped=settings.loop,
-        bag_size=list(bag.recorded_size),
-        bag_dropped=sum(bag.dropped.values()),
-        frame_size=list(bag.size),
-        compute_s=UNSET if settings.live else dict(current_system().compute_s),
-        jitter=UNSET if settings.live else timing.jitter,
-        latency_s=UNSET if settings.live else timing.latency_s,
-        speed=settings.speed if settings.live else UNSET,
-        viewers=list(settings.viewers) or UNSET,
-        warm_up_s=timing.warm_up_s,
-        duration_s=timing.duration_s,
-        period_s=timing.period_s,
-        task=settings.task,
-        thinking_s=settings.thinking_s or UNSET,
-        expected_frames=timing.expected_frames,
         entropy_threshold=card.entropy_threshold,
         sharpness_threshold=card.sharpness_threshold,
         extensions={extension.name: extension.checksum for extension in spec.extensions} or UNSET,
@@ -331,7 +320,47 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         metrics={},
         valid=True,
         reason="",
+        **_settings_fields(settings),
+        **_flight_fields(spec, resources),
+        **_timing_fields(spec),
     )
+
+
+def _settings_fields(settings: Settings) -> dict[str, Any]:
+    return {
+        "middleware": settings.middleware,
+        "speed": settings.speed if settings.live else UNSET,
+        "viewers": list(settings.viewers) or UNSET,
+        **{name: getattr(settings, name) or UNSET for name in STORED},
+    }
+
+
+def _flight_fields(spec: RunSpec, resources: Resources) -> dict[str, Any]:
+    bag = resources.bag
+    return {
+        "flight": flight_name(spec),
+        "flight_conditions": (not spec.flight.bag and spec.flight.conditions()) or UNSET,
+        "flight_warning": resources.warning or UNSET,
+        "bag_frames": len(bag),
+        "bag_checksum": resources.bag_checksum,
+        "bag_looped": spec.settings.loop,
+        "bag_size": list(bag.recorded_size),
+        "bag_dropped": sum(bag.dropped.values()),
+        "frame_size": list(bag.size),
+    }
+
+
+def _timing_fields(spec: RunSpec) -> dict[str, Any]:
+    timing, live = spec.timing, spec.settings.live
+    return {
+        "compute_s": UNSET if live else dict(current_system().compute_s),
+        "jitter": UNSET if live else timing.jitter,
+        "latency_s": UNSET if live else timing.latency_s,
+        "warm_up_s": timing.warm_up_s,
+        "duration_s": timing.duration_s,
+        "period_s": timing.period_s,
+        "expected_frames": timing.expected_frames,
+    }
 
 
 def _missing_walls(manager: str) -> tuple[str, ...] | UnsetType:

@@ -1,4 +1,4 @@
-"""The whole system in one simulated world: processes, the managing system, the observer."""
+"""A simulated experiment: processes, the managing system, the observer."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -47,16 +47,16 @@ NodeT = TypeVar("NodeT", bound=Node)
 
 _S = 10**9
 _LAUNCH_NS = _S
-"""Nodes start within this time, one after the other, and the managing system within this time after the last."""
+"""Nodes start within this time, in turn, and the managing system within this time after the last node."""
 
 
 class SimulatedProcesses:
-    """Processes of nodes in a simulated world; a `ProcessHost`.
+    """Processes of nodes in a simulation; a `ProcessHost`.
 
     Args:
-        simulation: the world.
-        factories: node → what makes it.
-        around: node → what calls its callbacks, where the simulation does not just call them.
+        simulation: the simulation.
+        factories: node → its factory.
+        around: node → a wrapper that calls its callbacks, if the simulation does not call them directly.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class SimulatedProcesses:
 
 
 class _SignOfLife(Tap):
-    """Tells the waiting parent process, hundreds of times per simulated second, that the simulation is alive."""
+    """Reports to the waiting parent process, hundreds of times per simulated second, that the simulation is alive."""
 
     def __init__(self, watch: Watch) -> None:
         self._watch = watch
@@ -125,18 +125,13 @@ def run_simulated(
     *,
     played: Sequence[Command] = (),
 ) -> tuple[int, str]:
-    """Run one experiment in a simulated world, with a managing system that lives in a process of its own.
+    """Run an experiment in the simulation, with the managing system in a process of its own.
 
-    Where the managing system fails, the experiment goes on without one. Recorded commands are played back.
+    If the managing system fails, the experiment goes on without it. Recorded commands are played back.
 
     Returns:
         The time of the injection, nanoseconds of the simulated clock; and how the managing system has failed, in a
         sentence, empty if it has not.
-
-    Raises:
-        ManagerError: the managing system kept the system from coming up, or goes by the name of one of its nodes.
-        ExtensionError: a node of a system with extensions raised.
-        SunsetError: the system did not come up, or the scenario could not be injected.
     """
     try:
         return _run(spec, resources, watch, manager, observer, played=played)
@@ -157,31 +152,15 @@ def _run(
     played: Sequence[Command],
 ) -> tuple[int, str]:
     timing, system = spec.timing, current_system()
-    simulation = Simulation(
-        seed=spec.seed,
-        compute={full_name(node): seconds for node, seconds in system.compute_s.items()},
-        jitter=timing.jitter,
-        latency_s=timing.latency_s,
-    )
+    compute = {full_name(node): seconds for node, seconds in system.compute_s.items()}
+    simulation = Simulation(seed=spec.seed, compute=compute, jitter=timing.jitter, latency_s=timing.latency_s)
     simulation.add_tap(observer)
     simulation.add_tap(_SignOfLife(watch))
     around = {name: partial(watch.call_named, name) for name in system.nodes} if spec.extensions else {}
     processes = SimulatedProcesses(simulation, _factories(spec, resources, watch), around)
-
-    def started(name: str, factory: Callable[[Context], NodeT]) -> NodeT:
-        return bring_up(simulation.create_process(name, is_protected=True), factory)
-
-    started("launcher", lambda context: Launcher(processes, tuple(system.nodes), context=context))
-    started(SCENARIO_EXECUTOR, lambda context: ScenarioExecutor(resources.scenario, context=context))
-    supervisor = started(
-        EXPERIMENT,
-        lambda context: Supervisor(
-            spec.scenario.name, warm_up_s=timing.warm_up_s, duration_s=timing.duration_s, context=context
-        ),
-    )
-    for launch_ns, name in sorted(
-        (_launch_ns(spec.seed, name), name) for name in (*system.nodes, *SURROUNDING)
-    ):
+    supervisor = _start_conductors(simulation, processes, spec, resources)
+    nodes = (*system.nodes, *SURROUNDING)
+    for launch_ns, name in sorted((_launch_ns(spec.seed, name), name) for name in nodes):
         simulation.run_until(launch_ns)
         processes.start(name)
     simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
@@ -193,23 +172,42 @@ def _run(
     return start_ns, "".join(failed)
 
 
+def _start_conductors(
+    simulation: Simulation, processes: SimulatedProcesses, spec: RunSpec, resources: Resources
+) -> Supervisor:
+    """Start the nodes that conduct the experiment, and return the supervisor."""
+    timing, nodes = spec.timing, tuple(current_system().nodes)
+
+    def start(name: str, factory: Callable[[Context], NodeT]) -> NodeT:
+        return bring_up(simulation.create_process(name, is_protected=True), factory)
+
+    start("launcher", lambda context: Launcher(processes, nodes, context=context))
+    start(SCENARIO_EXECUTOR, lambda context: ScenarioExecutor(resources.scenario, context=context))
+    return start(
+        EXPERIMENT,
+        lambda context: Supervisor(
+            spec.scenario.name, warm_up_s=timing.warm_up_s, duration_s=timing.duration_s, context=context
+        ),
+    )
+
+
 def _let_in(manager: ManagerProcess, simulation: Simulation, spec: RunSpec) -> list[str]:
-    """Let the managing system be part of the network; return what gets a sentence when it fails, then or later."""
+    """Connect the managing system to the network; return a list that receives a sentence when it fails."""
     timing, process = spec.timing, simulation.create_process(MANAGER_PROCESS)
     failed: list[str] = []
-    what = "could not be constructed"
+    stage = "could not be constructed"
     gateway = Gateway(
         process,
         manager.pipe,
         limit_s=manager.longest_s,
         longest_ns=round((timing.bring_up_limit_s + timing.warm_up_s + timing.duration_s) * _S),
         end=process.end,
-        on_failure=lambda failure: failed.append(manager.describe(failure, what)),
+        on_failure=lambda failure: failed.append(manager.describe(failure, stage)),
     )
     gateway.start()
     if process.alive:
         process.run()
-    what = f"failed in {spec.scenario.name}, seed {spec.seed}"
+    stage = f"failed in {spec.scenario.name}, seed {spec.seed}"
     first = next(iter(process.nodes_here), None)
     if first is not None:
         check_name(first.fully_qualified_name, spec.manager)
@@ -251,16 +249,16 @@ def _conduct(simulation: Simulation, supervisor: Supervisor, spec: RunSpec, obse
             f"The experiment did not end in time: it is still in its phase {supervisor.phase.value}."
         )
     check_injection(supervisor.injection_problem, observer)
-    # what left the bag before the end is still on its way through the pipeline
+    # frames that left the bag before the end are still in the pipeline
     simulation.run_until(simulation.now + _S // 2)
     return supervisor.start_ns
 
 
 def _factories(spec: RunSpec, resources: Resources, watch: Watch) -> dict[str, NodeFactory]:
-    """Return what makes the managed nodes, and the nodes that feed and watch them."""
+    """Return the factories of the managed nodes, and of the nodes that feed and watch them."""
     parameters = node_parameters(spec, resources)
     system = current_system()
-    # what is loaded already is handed over: neither the time it takes nor a path gets into the record
+    # loaded resources are passed on: neither loading time nor a path gets into the record
     given: dict[str, Callable[..., Node]] = {
         "segmentation": partial(system.node_class("segmentation"), segmenter=resources.segmenter),
         BAG_PLAYER: partial(BagPlayer, reader=resources.bag),

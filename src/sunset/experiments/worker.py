@@ -1,7 +1,7 @@
 """A run of a campaign on behalf of another process, which may be on another computer: its record goes back as bytes.
 
 A dask worker has many threads, and forking such a process may deadlock it. So each run is done by a *helper*: a fresh
-process that has loaded only what runs need and does one run at a time.
+process that has loaded only the modules of runs, and does a single run at a time.
 """
 
 import os
@@ -29,14 +29,14 @@ _SHORT: Final = 16
 
 @dataclass(frozen=True)
 class Order:
-    """A run that is to be done.
+    """A run for a worker.
 
     Attributes:
         spec: the run.
-        known: the checksum of its managing system; None if that is one of a reference row.
-        facts: what the run must be made with, as `facts_of`.
-        folder: where paths begin that are not absolute.
-        search: where modules are looked for, after the places where a worker looks.
+        known: the checksum of its managing system; None for a reference row.
+        facts: the expected `facts_of` its resources.
+        folder: the folder that relative paths refer to.
+        search: where modules are searched for, after the worker's own places.
     """
 
     spec: RunSpec
@@ -47,7 +47,7 @@ class Order:
 
 
 def facts_of(resources: Resources) -> dict[str, str]:
-    """Return what a record's bytes depend on of what a run is made with, by the word for it."""
+    """Return the facts of a run's resources that its record depends on, by name."""
     return {
         "model": model_checksum(resources.model.card),
         "flight": resources.bag_checksum,
@@ -56,17 +56,14 @@ def facts_of(resources: Resources) -> dict[str, str]:
 
 
 def check_same(theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:
-    """Check that the worker's facts equal those of the computer that began the campaign.
+    """Check that the worker and the computer that began the campaign have the same facts.
 
     Both are name → text, such as a version or a checksum.
-
-    Raises:
-        InvalidInputError: a fact differs.
     """
     for name, expected in ours.items():
-        if (found := theirs.get(name, "")) != expected:
+        if (actual := theirs.get(name, "")) != expected:
             raise InvalidInputError(
-                f"its {name} is {found[:_SHORT] or 'none'}, that of the computer which began the campaign is "
+                f"its {name} is {actual[:_SHORT] or 'none'}, that of the computer which began the campaign is "
                 f"{expected[:_SHORT] or 'none'}; let both have the same."
             )
 
@@ -78,11 +75,7 @@ def labelled_versions() -> dict[str, str]:
 
 @contextmanager
 def on_worker(where: str) -> Iterator[None]:
-    """Prefix errors that are raised in the context with the worker's name.
-
-    Raises:
-        SunsetError: what was raised, with the name before its text.
-    """
+    """Prefix errors that are raised in the context with the worker's name."""
     try:
         yield
     except SunsetError as error:
@@ -96,11 +89,6 @@ def do_run(expected: Mapping[str, str], order: bytes) -> dict[str, bytes]:
         expected: the versions that a worker must have, as of `labelled_versions`. They are compared before the order is
             opened, which another version might misunderstand.
         order: an `Order`, pickled.
-
-    Raises:
-        SunsetError: this worker lacks something that the run needs, or has another version of it; or its helpers were
-            killed.
-        UnexpectedError: anything else was raised.
     """
     with on_worker(socket.gethostname()):
         check_same(labelled_versions(), expected)
@@ -122,12 +110,12 @@ def do_run(expected: Mapping[str, str], order: bytes) -> dict[str, bytes]:
 
 
 class _Helper:
-    """A process that does runs, seen from the process that orders them."""
+    """A process that does runs for this process."""
 
     def __init__(self) -> None:
         self._pipe, theirs = Pipe()
         with theirs:
-            # -P: modules are not looked for in whatever folder a worker was started in
+            # -P: modules are not searched for in the worker's current folder
             self._process = subprocess.Popen(  # noqa: S603  the command is ours
                 [sys.executable, "-P", "-m", _PROGRAM, str(theirs.fileno())],
                 stdin=subprocess.DEVNULL,
@@ -136,11 +124,7 @@ class _Helper:
             )
 
     def ask(self, order: bytes) -> dict[str, bytes] | Exception:
-        """Return the files of a record, or what was raised.
-
-        Raises:
-            EOFError: the helper has ended; or OSError.
-        """
+        """Return the files of a record, or an exception; raise EOFError or OSError if the helper has ended."""
         self._pipe.send_bytes(order)
         answer: dict[str, bytes] | Exception = self._pipe.recv()
         return answer

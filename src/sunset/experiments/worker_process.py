@@ -1,4 +1,4 @@
-"""The process of a worker that does runs, one after the other: what `worker.do_run` starts."""
+"""The process of a worker that does runs in turn; `worker.do_run` starts it."""
 
 import os
 import pickle
@@ -16,10 +16,10 @@ from select import poll
 from typing import Final
 
 from sunset.errors import SunsetError
-from sunset.experiments.campaign_run import record_run
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare
-from sunset.experiments.spec import Settings
+from sunset.experiments.run import record_run
+from sunset.experiments.settings import Settings
 from sunset.experiments.worker import Order, check_same, facts_of
 from sunset.processes.calls import UnexpectedError
 from sunset.system import extended_system
@@ -42,7 +42,7 @@ def serve(pipe: Connection) -> None:
 
 
 def _end_with_the_other_side(pipe: Connection) -> None:
-    """End this process, in the middle of a run if need be, when the process that gives it orders has ended."""
+    """End this process, even during a run, when the process that orders its runs has ended."""
     end = poll()
     end.register(pipe.fileno(), 0)  # it wakes up for the end only
     end.poll()
@@ -53,17 +53,17 @@ def _end_with_the_other_side(pipe: Connection) -> None:
 
 def _answer(order: bytes, folder: Path) -> dict[str, bytes] | Exception:
     try:
-        return _do(pickle.loads(order), folder)  # noqa: S301  who gives orders may run anything here
+        return _do(pickle.loads(order), folder)  # noqa: S301  the sender may run anything here
     except SunsetError as error:
         return error
-    except Exception:  # noqa: BLE001  the other side raises it
+    except Exception:  # noqa: BLE001  the sender raises it
         return UnexpectedError(traceback.format_exc())
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
 
 def _do(order: Order, folder: Path) -> dict[str, bytes]:
-    """Do a run, if model, flight and managing system are the expected ones; return the files of its record."""
+    """Do a run, if model, flight and managing system are as expected; return the files of its record."""
     spec = order.spec
     if Path(order.folder).is_dir():
         os.chdir(order.folder)
@@ -80,7 +80,7 @@ def _do(order: Order, folder: Path) -> dict[str, bytes]:
 
 @cache
 def _check_manager(manager: str, settings: Settings, known: str, _: str) -> None:
-    """Check, once per folder, that a managing system is the one that the campaign was begun with."""
+    """Check, once per folder, that a managing system has not changed since the campaign was begun."""
     name = f"managing system {manager}"
     check_same({name: manager_checksum(manager, settings)}, {name: known})
 

@@ -6,6 +6,7 @@ specification have the same bytes. A run that keeps its images has a fourth file
 """
 
 from sunset.recording._bag import BAG_FILES
+from sunset.recording.campaign import count_runs
 from sunset.recording.images import IMAGES_FILE, StoredImage, image_digests, read_images
 from sunset.recording.logs import LogLine, log_of
 from sunset.recording.reader import check_extensions, read_messages, read_timeline
@@ -47,6 +48,7 @@ __all__ = [
     "StoredImage",
     "StoredRun",
     "check_extensions",
+    "count_runs",
     "differences",
     "image_digests",
     "log_of",

@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from math import floor
-from typing import Annotated, Final, TypeVar
+from typing import TYPE_CHECKING, Annotated, Final, TypeVar
 
-import numpy as np
 from msgspec import Meta
 
 from sunset.errors import InvalidInputError
@@ -24,6 +23,9 @@ from sunset.schemas import check_fields
 from sunset.seeding import check_seed, generator
 from sunset.system import current_system, excluding_pairs, get_fault, unlisted_names
 from sunset.texts import shown, suggestion
+
+if TYPE_CHECKING:
+    import numpy as np
 
 TRAIN: Final = "train"
 VALIDATION: Final = "validation"
@@ -153,7 +155,7 @@ _T = TypeVar("_T")
 class _Draw:
     """Draws by numbers in [0, 1) only, since other draws of a generator may change with NumPy's version."""
 
-    rng: np.random.Generator
+    rng: "np.random.Generator"
 
     def item(self, items: Sequence[_T]) -> _T:
         return items[floor(self.rng.random() * len(items))]

@@ -4,8 +4,8 @@ import hashlib
 
 import numpy as np
 
-from sunset.errors import InvalidInputError
-from sunset.texts import shown
+from sunset.common.errors import InvalidInputError
+from sunset.common.texts import shown
 
 MAX_SEED = 2**32 - 1
 """The largest seed that is accepted; the smallest is 0."""

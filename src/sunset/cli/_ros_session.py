@@ -9,10 +9,9 @@ from typing import Any, Final, TypeVar
 
 from sunset.interfaces import Message, Service
 from sunset.interruption import held_signals
-from sunset.names import qualified_name
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
-from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
 from sunset.ros.context import Context
 from sunset.ros.executors import SingleThreadedExecutor
 from sunset.ros.names import validate_topic_name

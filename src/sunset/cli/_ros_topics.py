@@ -9,7 +9,7 @@ from statistics import fmean, pstdev
 
 from sunset.cli._ros_messages import message_to_yaml
 from sunset.cli._ros_session import Session, absolute, session
-from sunset.errors import InterfaceError, InvalidInputError
+from sunset.common.errors import InterfaceError, InvalidInputError
 from sunset.interfaces import Message, get_message
 from sunset.rmw.core.port import EndpointInfo, EndpointKind
 from sunset.ros.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy

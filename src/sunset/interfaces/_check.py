@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from sunset.errors import InterfaceError
-from sunset.interfaces._definition import FieldType, parse_type
+from sunset.common.errors import InterfaceError
+from sunset.generator.definitions import FieldType, parse_type
 from sunset.interfaces._message import Message
 from sunset.interfaces._values import array_of
 

@@ -5,13 +5,14 @@ import json
 import re
 from collections.abc import Iterator
 from functools import cache
-from importlib import import_module
+from importlib import import_module, resources
+from importlib.metadata import entry_points
 from itertools import count
+from pathlib import Path
 from typing import Final, TypedDict
 
-from sunset.errors import InterfaceError
-from sunset.interfaces._definition import (
-    DEFINITIONS,
+from sunset.common.errors import InterfaceError
+from sunset.generator.definitions import (
     DUMMY_FIELD,
     NUMERIC,
     FieldType,
@@ -20,6 +21,8 @@ from sunset.interfaces._definition import (
     split_service,
 )
 from sunset.interfaces._message import Message, Service
+
+_FOLDER: Final = Path(__file__).parent
 
 _NESTED: Final = 1
 _BOUNDED_STRING: Final = 21
@@ -81,10 +84,24 @@ def get_service(name: str) -> type[Service]:
 
 def _find(name: str, kind: str) -> object:
     match = re.fullmatch(rf"([a-z]\w*)/{kind}/([A-Z]\w*)", name)
-    if match is None or len(name) > _LONGEST_NAME or not (DEFINITIONS / f"{name}.{kind}").is_file():
+    if match is None or len(name) > _LONGEST_NAME:
         return None
     package, short = match.groups()
-    return getattr(import_module(f"sunset.interfaces.{package}.{kind}"), short)
+    home = _python_package(package)
+    module = getattr(import_module(home), kind, None) if home else None
+    return getattr(module, short) if module and short in module.__all__ else None
+
+
+def _python_package(package: str) -> str | None:
+    """Return the Python package of a ROS package: one of this library, or one that a distribution registers."""
+    if (_FOLDER / package).is_dir():
+        return f"sunset.interfaces.{package}"
+    return _registered_packages().get(package)
+
+
+@cache
+def _registered_packages() -> dict[str, str]:
+    return {entry.name: entry.value for entry in entry_points(group="sunset_ros.interfaces")}
 
 
 def field_types(kind: type[Message]) -> dict[str, FieldType]:
@@ -206,8 +223,16 @@ def message_definition(kind: type[Message]) -> str:
 def _definition_text(name: str) -> str:
     service, _, part = name.rpartition("_")
     if "/srv/" not in name:
-        return (DEFINITIONS / f"{name}.msg").read_text()
-    return split_service((DEFINITIONS / f"{service}.srv").read_text(), service)[_PARTS.index(part)]
+        return _file_text(name)
+    return split_service(_file_text(service), service)[_PARTS.index(part)]
+
+
+def _file_text(name: str) -> str:
+    """Return the text of the file that defines a message or a service."""
+    package, kind, short = name.split("/")
+    return (
+        resources.files(f"{_python_package(package)}.{kind}").joinpath(f"{short}.{kind}").read_text("utf-8")
+    )
 
 
 def type_source(name: str) -> tuple[str, str]:
@@ -215,7 +240,7 @@ def type_source(name: str) -> tuple[str, str]:
     _, kind, short = name.split("/")
     if "_" in short:
         return "implicit", ""
-    return kind, (DEFINITIONS / f"{name}.{kind}").read_text()
+    return kind, _file_text(name)
 
 
 def field_defaults(name: str) -> dict[str, str]:

@@ -9,7 +9,7 @@ from typing import Final, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from sunset.errors import InterfaceError
+from sunset.common.errors import InterfaceError
 
 INT8: Final[np.dtype[np.int8]] = np.dtype("<i1")
 UINT8: Final[np.dtype[np.uint8]] = np.dtype("<u1")

@@ -3,9 +3,8 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from sunset.names import qualified_name
 from sunset.rmw.core.node import Middleware
-from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
 from sunset.rmw.core.qos import QoSProfile
 from sunset.ros.exceptions import NodeNameNonExistentError
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from sunset.common.texts import shorten, suggestion
 from sunset.interfaces.rcl_interfaces.msg import (
     ListParametersResult,
     ParameterDescriptor,
@@ -21,7 +22,6 @@ from sunset.ros.exceptions import (
 )
 from sunset.ros.names import validate_parameter_name
 from sunset.ros.parameter import Parameter
-from sunset.texts import shorten, suggestion
 
 SetCallback = Callable[[list[Parameter]], SetParametersResult]
 PostSetCallback = Callable[[list[Parameter]], object]

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from sunset.errors import MALFORMED_YAML, ParameterError
-from sunset.input_files import read_text
+from sunset.common.errors import MALFORMED_YAML, ParameterError
 from sunset.ros.exceptions import InvalidParameterTypeException
 from sunset.ros.parameter import Parameter, Value
 
@@ -98,7 +97,7 @@ def read_parameter_file(path: Path) -> list[Override]:
         ParameterError: it cannot be read, or is malformed.
     """
     try:
-        text = read_text(path)
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ParameterError(f"Parameter file {path} cannot be read: {error}.") from error
     content = _load(text, f"parameter file {path}")

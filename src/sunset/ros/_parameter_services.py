@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TypeVar
 
-from sunset.errors import ParameterError
+from sunset.common.errors import ParameterError
 from sunset.interfaces import Service
 from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset.interfaces.rcl_interfaces.msg import SetParametersResult

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Callable, Sequence
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
 from sunset.ros.arguments import Arguments

@@ -1,6 +1,6 @@
 """The errors of the client library, in rclpy's names and in SUNSET's exception tree."""
 
-from sunset.errors import MiddlewareError, ParameterError
+from sunset.common.errors import MiddlewareError, ParameterError
 
 # ruff: noqa: N818  the names are rclpy's
 

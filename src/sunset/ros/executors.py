@@ -3,7 +3,7 @@
 from collections.abc import Callable, Coroutine
 from typing import Any, Self, TypeVar
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.ros._callbacks import callback_name, drive
 from sunset.ros.context import Context, get_default_context
 from sunset.ros.exceptions import NotInitializedException

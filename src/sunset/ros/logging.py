@@ -6,8 +6,8 @@ from pathlib import PurePath
 from types import FrameType
 from typing import Final, Protocol, TypedDict, Unpack
 
+from sunset.common.texts import shorten
 from sunset.interfaces.rcl_interfaces.msg import Log
-from sunset.texts import shorten
 
 _LONGEST: Final = 10_000
 """Characters of a message that are logged."""

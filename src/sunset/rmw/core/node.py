@@ -9,9 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message, Service
-from sunset.names import qualified_name
 from sunset.rmw.core.port import (
     ClientHandle,
     EndpointInfo,
@@ -19,6 +18,7 @@ from sunset.rmw.core.port import (
     RequestId,
     ServiceHandle,
     SubscriptionHandle,
+    qualified_name,
 )
 from sunset.rmw.core.qos import QoSProfile
 

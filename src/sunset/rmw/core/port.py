@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
+from sunset.common.texts import shorten
 from sunset.interfaces import Message
 from sunset.rmw.core.qos import QoSProfile
-from sunset.texts import shorten
 
 
 class CallbackError(MiddlewareError):
@@ -51,6 +51,15 @@ class CallbackError(MiddlewareError):
         except Exception as inner:  # noqa: BLE001  str() of a user's exception may itself raise
             text = f"no text, since that raised {type(inner).__name__}"
         return cls(node, callback, f"raised {type(error).__name__}: {shorten(text)}")
+
+
+def qualified_name(namespace: str, node: str) -> str:
+    """Return a node's name with its namespace.
+
+    >>> qualified_name("/uav", "camera"), qualified_name("/", "monitor")
+    ('/uav/camera', '/monitor')
+    """
+    return f"{namespace.rstrip('/')}/{node}"
 
 
 class RequestId(NamedTuple):

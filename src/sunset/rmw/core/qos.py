@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import IntEnum
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 
 
 class HistoryPolicy(IntEnum):

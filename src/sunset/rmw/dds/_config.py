@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from uuid import uuid4
 
-from sunset.errors import MiddlewareError
-from sunset.input_files import read_text
+from sunset.common.errors import MiddlewareError
 
 LAST_DOMAIN_ID = 232
 """The largest domain id whose ports exist: participant 0 of domain n listens on port 7410 + 250 n."""
@@ -174,7 +173,7 @@ def _fragments(uri: str) -> Iterator[str]:
             name, comma, rest = rest.partition(",")
             path = Path(name.strip().removeprefix("file://"))
             try:
-                yield read_text(path)
+                yield path.read_text(encoding="utf-8")
             except (OSError, UnicodeDecodeError) as error:
                 raise MiddlewareError(
                     f"CYCLONEDDS_URI names the file {path}, which cannot be read: {error}."

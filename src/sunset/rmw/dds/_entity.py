@@ -4,7 +4,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from sunset.errors import InterfaceError
+from sunset.common.errors import InterfaceError
 from sunset.interfaces import Message, Service
 from sunset.rmw.core.node import NodeHandle, Timer
 from sunset.rmw.core.qos import QoSProfile

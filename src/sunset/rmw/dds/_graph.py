@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from struct import Struct
 from struct import error as StructError  # noqa: N812  it is a class
 
-from sunset.errors import InterfaceError
-from sunset.names import qualified_name
-from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.common.errors import InterfaceError
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
 from sunset.rmw.dds._names import OBSERVER, parse_user_data, ros_name
 from sunset.rmw.dds._wheel import Endpoint
 

@@ -9,7 +9,7 @@ from functools import partial
 from itertools import count
 from typing import Final
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.core.live import LiveProcess
 from sunset.rmw.core.node import Entity, NodeHandle
 from sunset.rmw.core.port import CallbackError

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Final
 
-from sunset.errors import MiddlewareError, MissingExtraError
+from sunset.common.errors import MiddlewareError, MissingExtraError
 from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 VERSION: Final = "11.0.1"

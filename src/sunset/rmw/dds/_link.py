@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Final
 
-from sunset.errors import InterfaceError, MiddlewareError
+from sunset.common.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
 from sunset.interfaces.rmw_dds_common.msg import ParticipantEntitiesInfo
 from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile

@@ -13,7 +13,7 @@ from functools import partial
 from queue import Empty
 from typing import Final
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
 from sunset.rmw.core.node import NodeHandle, Parts
 from sunset.rmw.core.port import EndpointInfo

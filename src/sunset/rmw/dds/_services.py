@@ -10,7 +10,7 @@ from itertools import count
 from struct import Struct
 from typing import ClassVar, Final, NamedTuple
 
-from sunset.errors import InterfaceError, MiddlewareError
+from sunset.common.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, Service, deserialize, serialize
 from sunset.rmw.core.port import CallbackError, ClientHandle, RequestId, ServiceHandle
 from sunset.rmw.core.qos import QoSProfile

@@ -9,11 +9,10 @@ from itertools import count
 from queue import Empty
 from typing import Final, NamedTuple
 
-from sunset.errors import InterfaceError, MiddlewareError
+from sunset.common.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import deserialize
-from sunset.names import qualified_name
 from sunset.rmw.core.live import LiveObserver
-from sunset.rmw.core.port import EndpointKind, RequestId
+from sunset.rmw.core.port import EndpointKind, RequestId, qualified_name
 from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.dds import _wheel as wheel

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from itertools import count
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 
 _DOMAINS = range(1, 102)
 """0 is the default of all ROS 2 programs; the ports of those above 101 may be taken by any program on Linux."""

@@ -4,7 +4,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import ClassVar
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message, Service, deserialize, serialize, type_name
 from sunset.rmw.core.node import Entity, Middleware, NodeHandle, Timer
 from sunset.rmw.core.port import (

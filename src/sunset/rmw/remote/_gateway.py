@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.core.node import Middleware
 from sunset.rmw.core.port import CallbackError
 from sunset.rmw.remote._protocol import (

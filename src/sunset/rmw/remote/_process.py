@@ -7,7 +7,7 @@ from functools import partial
 from itertools import count
 from typing import Final
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.core.node import NodeHandle, Parts
 from sunset.rmw.core.port import CallbackError, EndpointInfo, SubscriptionHandle
 from sunset.rmw.remote._entity import (

@@ -15,7 +15,7 @@ from typing import Final, TypeAlias
 from msgspec import DecodeError, Struct, ValidationError
 from msgspec.msgpack import Decoder, Encoder
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.core.port import EndpointKind
 from sunset.rmw.core.qos import QoSProfile
 

@@ -5,7 +5,8 @@ from collections.abc import Callable, Mapping
 from types import UnionType
 from typing import Any, Final
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
+from sunset.common.texts import shorten
 from sunset.interfaces import Message, deserialize, get_message, get_service, serialize
 from sunset.rmw.core.node import Middleware, NodeHandle, Timer
 from sunset.rmw.core.port import (
@@ -41,7 +42,6 @@ from sunset.rmw.remote._protocol import (
     Shutdown,
     Statement,
 )
-from sunset.texts import shorten
 
 _NAME: Final = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 _LONGEST_NAME: Final = 256

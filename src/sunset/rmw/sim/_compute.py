@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from math import isfinite
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.seeding import check_seed, generator
 
 OTHER_CALLBACK_NS = 200_000

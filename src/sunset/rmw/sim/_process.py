@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 from operator import attrgetter
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.core.node import NodeHandle, Parts
 from sunset.rmw.core.port import CallbackError, EndpointInfo
 from sunset.rmw.sim._entity import SimEntity, SimHost

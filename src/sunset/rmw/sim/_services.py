@@ -3,7 +3,7 @@
 from collections import deque
 from typing import ClassVar
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message, serialize
 from sunset.rmw.core.port import ClientHandle, EndpointKind, RequestId, ServiceHandle
 from sunset.rmw.sim._compute import OTHER_CALLBACK_NS

@@ -10,10 +10,9 @@ from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
 from types import MappingProxyType
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message, Service
-from sunset.names import qualified_name
-from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
 from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.sim._compute import ComputeModel

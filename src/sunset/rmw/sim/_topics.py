@@ -3,7 +3,7 @@
 from collections import deque
 from typing import ClassVar
 
-from sunset.errors import InterfaceError
+from sunset.common.errors import InterfaceError
 from sunset.interfaces import Message
 from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.port import CallbackError, EndpointKind, PublisherHandle, SubscriptionHandle

@@ -3,7 +3,7 @@
 from collections.abc import Awaitable, Callable
 from typing import Any, Final, TypeVar
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message
 from sunset.interfaces.lifecycle_msgs.msg import State as StateMessage
 from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent

@@ -6,8 +6,8 @@ from itertools import groupby
 from keyword import iskeyword
 from typing import Final, TypeAlias
 
-from sunset.errors import InterfaceError
-from sunset.interfaces._definition import Definition, Field, FieldType
+from sunset.common.errors import InterfaceError
+from sunset.generator.definitions import Definition, Field, FieldType
 
 __all__ = ["Structs", "class_text"]
 

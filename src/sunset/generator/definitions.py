@@ -8,13 +8,9 @@ import ast
 import re
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Final
 
-from sunset.errors import InterfaceError
-
-DEFINITIONS: Final = Path(__file__).parent / "definitions"
-"""The folder of the .msg and .srv files: `<package>/msg/<Name>.msg`, `<package>/srv/<Name>.srv`."""
+from sunset.common.errors import InterfaceError
 
 NUMERIC: Final = (
     "int8",

@@ -1,4 +1,4 @@
-"""`sunset ros`: who and what is on the graph."""
+"""The verbs that list and describe parts of the graph."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""`sunset ros`: asking services, those of parameters and of the lifecycle among them."""
+"""The verbs `param`, `lifecycle` and `service`."""
 
 import argparse
 import sys
@@ -176,6 +176,6 @@ def _print_each(
             try:
                 print(line.format(node, describe(graph, node)))
             except NotThereError as error:
-                print(f"sunset: {error}", file=sys.stderr)
+                print(f"{arguments.program}: {error}", file=sys.stderr)
                 code = 1
     return code

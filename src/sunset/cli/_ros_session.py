@@ -1,4 +1,4 @@
-"""What the toolbox `sunset ros` does on the graph: join it, look around, find something, ask a service."""
+"""A process on the graph for one command: it waits for nodes and calls services."""
 
 import argparse
 import os

@@ -1,4 +1,4 @@
-"""`sunset ros`: listening to topics."""
+"""The verb `topic`: listening."""
 
 import argparse
 from collections import deque
@@ -77,14 +77,14 @@ def _subscribe(graph: Session, name: str, callback: Callable[[Message], object])
     topic = absolute(name)
     publishers = graph.find(
         lambda: graph.endpoints(topic, [EndpointKind.PUBLISHER]),
-        f"Topic {topic!r} does not appear to be published; 'sunset ros topic list' shows those that are.",
+        f"Topic {topic!r} does not appear to be published; 'topic list' shows the others.",
     )
     type_name = publishers[0].type_name
     try:
         kind = get_message(type_name)
     except InterfaceError as error:
         raise InvalidInputError(
-            f"Topic {topic!r} carries {type_name}, a type that SUNSET does not know, so its messages cannot be read."
+            f"Messages on {topic} are {type_name}, a type that no installed package defines: they cannot be read."
         ) from error
     graph.node.create_subscription(kind, topic, callback, _matching(publishers))
 

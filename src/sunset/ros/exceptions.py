@@ -1,4 +1,4 @@
-"""The errors of the client library, in rclpy's names and in SUNSET's exception tree."""
+"""The errors of the client library, in rclpy's names."""
 
 from sunset.common.errors import MiddlewareError, ParameterError
 

@@ -127,7 +127,7 @@ def create_domain(domain_id: int, configuration: str) -> int:
     if domain < 0:
         raise MiddlewareError(
             f"DDS could not set up domain {domain_id}: either CYCLONEDDS_URI is wrong, or {_MOST_PROCESSES} "
-            "processes of SUNSET are in the domain on this computer already; Cyclone DDS wrote to stderr which."
+            "processes of this library are in the domain on this computer already; Cyclone DDS wrote to stderr which."
         )
     return domain
 

@@ -1,4 +1,4 @@
-"""The private functions of the `cyclonedds` wheel that SUNSET needs, and nothing else of it.
+"""The private functions of the `cyclonedds` wheel that this library needs, and nothing else of it.
 
 Making a topic of a type, samples as raw CDR, and what the built-in topics say of endpoints exist only as private
 functions, of the one version that `_library` accepts.

@@ -14,7 +14,7 @@ from sunset.common.texts import sentence
 
 
 class SunsetError(Exception):
-    """Base of all errors that are raised on purpose; its text is one sentence for the user."""
+    """Base of all errors that are raised on purpose; its text is a sentence for the user."""
 
     def __str__(self) -> str:
         """Return the sentence, printable and of limited length whatever it quotes."""

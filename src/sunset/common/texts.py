@@ -10,7 +10,7 @@ _LONGEST_SENTENCE: Final = 2000
 
 
 def printable(text: str) -> str:
-    r"""Return `text` with escapes for what a terminal obeys instead of showing it; lines and tabs stay.
+    r"""Return `text` with escapes in place of control characters; lines and tabs stay.
 
     >>> printable("\x1b[2JFlight ü\u202e")
     '\\x1b[2JFlight ü\\u202e'
@@ -26,7 +26,7 @@ def printable(text: str) -> str:
 
 
 def shorten(text: str, longest: int = 1000) -> str:
-    """Return a text that a message quotes, cut to so many characters: what came over a network may be long.
+    """Return a text that a message quotes, cut to so many characters.
 
     >>> shorten("a" * 30, 10)
     'aaaaaaaaaa…'
@@ -35,9 +35,9 @@ def shorten(text: str, longest: int = 1000) -> str:
 
 
 def sentence(text: str) -> str:
-    """Return a sentence that quotes texts of others, made printable, and without its middle if it is far too long.
+    """Return a sentence with quoted texts, made printable, and without its middle if it is far too long.
 
-    >>> len(sentence("There is no scenario " + "x" * 5000 + ": name another."))
+    >>> len(sentence("Unknown scenario " + "x" * 5000 + ": name another."))
     2000
     """
     text = printable(text)
@@ -48,24 +48,24 @@ def sentence(text: str) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value that was given as a message quotes it, whatever it is.
+    """Return the representation of any value, as a message quotes it.
 
     >>> shown("1"), shown(10**5000)
     ("'1'", 'a whole number of thousands of digits')
     """
     try:
         return reprlib.repr(value)
-    except ValueError:  # Python writes no number that is so long
+    except ValueError:  # Python does not write so long a number
         return "a whole number of thousands of digits"
 
 
 def suggestion(name: object, known: Iterable[str], prefix: str = "") -> str:
-    """Return the part of a sentence that asks whether a known name was meant; empty if none is like it.
+    """Return the part of a sentence that asks whether a known name was meant; empty if no name is similar.
 
     Both are compared without their `prefix`, which stands before the suggested name.
 
-    >>> f"There is no fault 'gpu_failur': {suggestion('gpu_failur', ['gpu_failure'])}choose another one."
-    "There is no fault 'gpu_failur': did you mean 'gpu_failure', or choose another one."
+    >>> f"Unknown fault 'gpu_failur': {suggestion('gpu_failur', ['gpu_failure'])}choose another."
+    "Unknown fault 'gpu_failur': did you mean 'gpu_failure', or choose another."
     """
     near = difflib.get_close_matches(str(name), list(known), n=1)
     return f"did you mean {prefix + near[0]!r}, or " if near else ""

@@ -1,4 +1,4 @@
-"""From a name to its class and back, and what ROS 2 derives from a definition."""
+"""Classes by name, type hashes and type descriptions."""
 
 import hashlib
 import json
@@ -28,15 +28,15 @@ _NESTED: Final = 1
 _BOUNDED_STRING: Final = 21
 _TYPE_IDS: Final = dict(zip(NUMERIC, count(2), strict=False)) | {"bool": 15, "byte": 16, "string": 17}
 _ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
-"""What is added to an element's id; all ids are those of type_description_interfaces/msg/FieldType."""
+"""Offsets of an element's id; all ids are from type_description_interfaces/msg/FieldType."""
 
 _PARTS: Final = ("Request", "Response")
 _EVENT: Final = "Event"
-"""What ROS 2 makes of every service besides its parts: what an introspected service publishes."""
+"""The third message of a service in ROS 2, which introspection publishes."""
 _RULE: Final = "=" * 80
 
 _LONGEST_NAME: Final = 200
-"""Of an interface; longer than that are no names of files."""
+"""The longest name of an interface."""
 
 
 def type_name(kind: type[Message | Service]) -> str:
@@ -54,18 +54,18 @@ def get_message(name: str) -> type[Message]:
     """Return the class of a message, or of a service's request or response, by its full name.
 
     Raises:
-        InterfaceError: there is no such message.
+        InterfaceError: no package defines it.
 
     >>> get_message("sensor_msgs/msg/Image").__name__
     'Image'
     """
     service, _, part = name.rpartition("_")
     if part in _PARTS and "/srv/" in service:
-        found: object = getattr(get_service(service), part)
+        kind: object = getattr(get_service(service), part)
     else:
-        found = _find(name, "msg")
-    if isinstance(found, type) and issubclass(found, Message):
-        return found
+        kind = _find(name, "msg")
+    if isinstance(kind, type) and issubclass(kind, Message):
+        return kind
     raise InterfaceError(f"There is no message {name!r}; a name looks like 'std_msgs/msg/String'.")
 
 
@@ -74,11 +74,11 @@ def get_service(name: str) -> type[Service]:
     """Return the class of a service by its full name.
 
     Raises:
-        InterfaceError: there is no such service.
+        InterfaceError: no package defines it.
     """
-    found = _find(name, "srv")
-    if isinstance(found, type) and issubclass(found, Service):
-        return found
+    kind = _find(name, "srv")
+    if isinstance(kind, type) and issubclass(kind, Service):
+        return kind
     raise InterfaceError(f"There is no service {name!r}; a name looks like 'std_srvs/srv/SetBool'.")
 
 
@@ -93,7 +93,7 @@ def _find(name: str, kind: str) -> object:
 
 
 def _python_package(package: str) -> str | None:
-    """Return the Python package of a ROS package: one of this library, or one that a distribution registers."""
+    """Return the Python package of a ROS package: of this library, or registered by a distribution."""
     if (_FOLDER / package).is_dir():
         return f"sunset.interfaces.{package}"
     return _registered_packages().get(package)
@@ -130,14 +130,14 @@ class TypeFields(TypedDict):
 
 
 class TypeDescription(TypedDict):
-    """What a type is made of, with the names of type_description_interfaces/msg/TypeDescription."""
+    """A type and the types in it, with the names of type_description_interfaces/msg/TypeDescription."""
 
     type_description: TypeFields
     referenced_type_descriptions: list[TypeFields]
 
 
 def type_hash(kind: type[Message | Service]) -> str:
-    """Return the hash by which ROS 2 tells whether two processes mean the same message, or service.
+    """Return the hash by which ROS 2 compares the types of two processes.
 
     Source: REP 2016, version 1 of the hash ("RIHS01"): SHA-256 of the type description as JSON.
 
@@ -154,7 +154,7 @@ def _hash_of(name: str) -> str:
 
 
 def type_description(kind: type[Message | Service]) -> TypeDescription:
-    """Return what a message or service is made of, and all messages in it, by name."""
+    """Return the description of a message or service, and of all messages in it."""
     return _described(kind.__ros_name__)
 
 
@@ -166,7 +166,7 @@ def _described(name: str) -> TypeDescription:
 
 
 def _referenced(name: str) -> Iterator[str]:
-    """Return the names of all messages in the fields of a type, depth first; one may come several times."""
+    """Return the names of all messages in the fields of a type, depth first, with repetitions."""
     for field in _fields(name).values():
         if field.is_message:
             yield field.base
@@ -193,7 +193,7 @@ def _description(name: str) -> TypeFields:
 
 
 def _field_type(field: FieldType) -> _FieldType:
-    if field.is_message:  # noqa: SIM108  two conditions in one line read badly
+    if field.is_message:  # noqa: SIM108  two conditions in a line are hard to read
         type_id = _NESTED
     else:
         type_id = _BOUNDED_STRING if field.string_bound else _TYPE_IDS[field.base]
@@ -210,7 +210,7 @@ def _field_type(field: FieldType) -> _FieldType:
 
 
 def message_definition(kind: type[Message]) -> str:
-    """Return the definition's text, followed by those of all messages in it, as rosbag2 stores it."""
+    """Return the definition's text, followed by the definitions of all messages in it, as rosbag2 stores it."""
     name = kind.__ros_name__
     parts = [_definition_text(name)]
     parts += [

@@ -21,7 +21,7 @@ class NameValidationException(MiddlewareError, ValueError):
     """A name breaks the rules for names.
 
     Attributes:
-        name_type: what it names, such as "topic name".
+        name_type: the kind of name, such as "topic name".
         name: the name.
         error_msg: the rule that it breaks.
         invalid_index: where in the name.

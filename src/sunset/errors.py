@@ -18,27 +18,36 @@ sentence on stderr and exit code 2::
     └── MissingExtraError          an optional dependency that is not installed
 """
 
-from sunset.texts import sentence
+from sunset.common.errors import (
+    MALFORMED_YAML,
+    InterfaceError,
+    InvalidInputError,
+    MiddlewareError,
+    MissingExtraError,
+    ParameterError,
+    SunsetError,
+)
 
-
-class SunsetError(Exception):
-    """Base of all errors that SUNSET raises on purpose; its text is one sentence for the user."""
-
-    def __str__(self) -> str:
-        """Return the sentence, whatever the names in it hold and however long they are."""
-        return sentence(super().__str__())
-
-
-class InvalidInputError(SunsetError):
-    """Something that the user wrote or passed is not usable."""
+__all__ = [
+    "MALFORMED_YAML",
+    "DataError",
+    "ExtensionError",
+    "InterfaceError",
+    "InvalidInputError",
+    "ManagerError",
+    "MiddlewareError",
+    "MissingExtraError",
+    "ModelError",
+    "OutputError",
+    "ParameterError",
+    "RecordError",
+    "ScenarioError",
+    "SunsetError",
+]
 
 
 class ScenarioError(InvalidInputError):
     """A scenario or suite is unknown, malformed or out of range."""
-
-
-class ParameterError(InvalidInputError):
-    """A ROS parameter is unknown, of the wrong type or out of range."""
 
 
 class DataError(InvalidInputError):
@@ -61,21 +70,5 @@ class ManagerError(SunsetError):
     """A managing system cannot be loaded, raised an exception, or did not return."""
 
 
-class MiddlewareError(SunsetError):
-    """The middleware was misused or failed."""
-
-
-class InterfaceError(MiddlewareError):
-    """A message or service does not fit its definition."""
-
-
 class OutputError(SunsetError):
     """A result cannot be written: no permission, no space, no such folder."""
-
-
-class MissingExtraError(SunsetError):
-    """An optional dependency is needed and not installed."""
-
-
-MALFORMED_YAML = (ArithmeticError, AttributeError, LookupError, RecursionError, ValueError)
-"""What PyYAML raises besides its own errors, where a value does not fit its tag or is nested too deeply."""

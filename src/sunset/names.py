@@ -1,15 +1,6 @@
 """Names of nodes on the ROS graph, and values as ROS and YAML write them."""
 
 
-def qualified_name(namespace: str, node: str) -> str:
-    """Return a node's name with its namespace.
-
-    >>> qualified_name("/managed_subsystem", "camera"), qualified_name("/", "monitor")
-    ('/managed_subsystem/camera', '/monitor')
-    """
-    return f"{namespace.rstrip('/')}/{node}"
-
-
 def base_name(name: str) -> str:
     """Return a name without its namespace.
 

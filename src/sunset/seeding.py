@@ -3,8 +3,8 @@
 import hashlib
 from typing import TYPE_CHECKING
 
-from sunset.errors import InvalidInputError
-from sunset.texts import shown
+from sunset.common.errors import InvalidInputError
+from sunset.common.texts import shown
 
 if TYPE_CHECKING:
     import numpy as np

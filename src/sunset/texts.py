@@ -1,32 +1,27 @@
 """Text that others wrote, such that it does nothing but stand where it is printed."""
 
 import csv
-import difflib
 import io
-import reprlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Final
 
-_LONGEST_SENTENCE: Final = 2000
-"""In characters."""
+from sunset.common.texts import printable, sentence, shorten, shown, suggestion
 
-
-def printable(text: str) -> str:
-    r"""Return `text` with escapes for what a terminal obeys instead of showing it; lines and tabs stay.
-
-    >>> printable("\x1b[2JFlight ü\u202e")
-    '\\x1b[2JFlight ü\\u202e'
-    """
-    if text.isprintable():
-        return text
-    return "".join(
-        character
-        if character.isprintable() or character in "\n\t"
-        else character.encode("unicode_escape").decode()
-        for character in text
-    )
+__all__ = [
+    "counted",
+    "csv_text",
+    "described_error",
+    "line_text",
+    "listed",
+    "printable",
+    "printable_json",
+    "sentence",
+    "shorten",
+    "shown",
+    "suggestion",
+    "tallied",
+]
 
 
 def printable_json(value: object) -> object:
@@ -39,28 +34,6 @@ def printable_json(value: object) -> object:
         case dict():
             return {printable(key): printable_json(item) for key, item in value.items()}
     return value
-
-
-def shorten(text: str, longest: int = 1000) -> str:
-    """Return a text that a message quotes, cut to so many characters: what came over a network may be long.
-
-    >>> shorten("a" * 30, 10)
-    'aaaaaaaaaa…'
-    """
-    return text if len(text) <= longest else f"{text[:longest]}…"
-
-
-def sentence(text: str) -> str:
-    """Return a sentence that quotes texts of others, made printable, and without its middle if it is far too long.
-
-    >>> len(sentence("There is no scenario " + "x" * 5000 + ": name another."))
-    2000
-    """
-    text = printable(text)
-    if len(text) <= _LONGEST_SENTENCE:
-        return text
-    end = _LONGEST_SENTENCE // 3
-    return f"{text[: _LONGEST_SENTENCE - end - 1]}…{text[-end:]}"
 
 
 def counted(number: int, noun: str) -> str:
@@ -90,30 +63,6 @@ def listed(names: Sequence[str]) -> str:
     """
     *others, last = names
     return f"{', '.join(others)} and {last}" if others else last
-
-
-def shown(value: object) -> str:
-    """Return a value that was given as a message quotes it, whatever it is.
-
-    >>> shown("1"), shown(10**5000)
-    ("'1'", 'a whole number of thousands of digits')
-    """
-    try:
-        return reprlib.repr(value)
-    except ValueError:  # Python writes no number that is so long
-        return "a whole number of thousands of digits"
-
-
-def suggestion(name: object, known: Iterable[str], prefix: str = "") -> str:
-    """Return the part of a sentence that asks whether a known name was meant; empty if none is like it.
-
-    Both are compared without their `prefix`, which stands before the suggested name.
-
-    >>> f"There is no fault 'gpu_failur': {suggestion('gpu_failur', ['gpu_failure'])}choose another one."
-    "There is no fault 'gpu_failur': did you mean 'gpu_failure', or choose another one."
-    """
-    near = difflib.get_close_matches(str(name), list(known), n=1)
-    return f"did you mean {prefix + near[0]!r}, or " if near else ""
 
 
 def described_error(error: BaseException) -> str:

@@ -191,7 +191,7 @@ def test_a_service_that_a_node_does_not_offer_is_missed(ros: Ros) -> None:
 
 
 def test_a_type_that_is_unknown_is_listed_but_not_printed(ros: Ros) -> None:
-    assert "carries odd_msgs/msg/Odd, a type that SUNSET does not know" in ros(
+    assert "are odd_msgs/msg/Odd, a type that no installed package defines" in ros(
         "topic", "echo", "/odd", code=2
     )
 

@@ -1,5 +1,6 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -51,7 +52,7 @@ def test_a_training_that_is_stopped_by_its_time_says_how_it_goes_on(
             steps.append(step)
             progress("rgb", step, 400)
 
-    monkeypatch.setattr("sunset.training.train", training)
+    monkeypatch.setattr("sunset.train_model", training)
     monkeypatch.setattr("sunset.cli.train.monotonic", lambda: next(times))
     assert main(["train", "--out", str(tmp_path / "model"), "--minutes", "9"]) == 1
     assert steps == [1, 2]
@@ -71,6 +72,7 @@ def test_a_trained_model_has_the_name_of_its_folder_unless_it_is_given_one(
         names.append(config.name)
         return load_model("lite")
 
-    monkeypatch.setattr("sunset.training.run.train", training)
+    monkeypatch.setattr("sunset.training.check_extra", lambda *_: None)
+    monkeypatch.setitem(sys.modules, "sunset.training.run", SimpleNamespace(train=training))
     assert main(["train", "--out", str(tmp_path / "mine"), *named]) == 0
     assert names == [name]

@@ -1,21 +1,23 @@
 """Messages with random content, for every type that there is."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import sunset.interfaces
 from sunset.interfaces import FieldType, Message, field_types, get_message
-from sunset.interfaces._definition import DEFINITIONS
 from sunset.seeding import generator
 
+INTERFACES = Path(sunset.interfaces.__file__).parent
 TEXTS = ("", "a", "ab", "abc", "camera/driver", "größer als 5 µm", "🚁", "x" * 200)
 
 
 def all_names() -> list[str]:
     """Return the full name of every message, requests and responses included."""
-    names = [f"{path.parts[-3]}/msg/{path.stem}" for path in DEFINITIONS.glob("*/msg/*.msg")]
-    for path in DEFINITIONS.glob("*/srv/*.srv"):
+    names = [f"{path.parts[-3]}/msg/{path.stem}" for path in INTERFACES.glob("*/msg/*.msg")]
+    for path in INTERFACES.glob("*/srv/*.srv"):
         names += [f"{path.parts[-3]}/srv/{path.stem}_{part}" for part in ("Request", "Response")]
     return sorted(names)
 

@@ -1,7 +1,7 @@
 import pytest
 
 from sunset.errors import InterfaceError
-from sunset.interfaces._definition import (
+from sunset.generator.definitions import (
     Constant,
     Field,
     FieldType,

@@ -5,13 +5,12 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from scripts.interface_modules import generate
 
 import sunset.interfaces
 from sunset.errors import InterfaceError
-from sunset.interfaces._definition import DEFINITIONS
+from sunset.generator.modules import generate
 
-SCRIPT = Path(__file__).parents[2] / "scripts" / "generate_interfaces"
+INTERFACES = Path(sunset.interfaces.__file__).parent
 
 
 def package(tmp_path: Path, text: str, kind: str = "msg") -> Path:
@@ -23,24 +22,33 @@ def package(tmp_path: Path, text: str, kind: str = "msg") -> Path:
 
 def load(definitions: Path) -> ModuleType:
     module = ModuleType("generated")
-    exec(generate(definitions)["pkg/msg/__init__.py"], module.__dict__)  # noqa: S102  the code under test
+    exec(generate(definitions, "own")["pkg/msg/__init__.py"], module.__dict__)  # noqa: S102  the code under test
     return module
 
 
 def test_the_modules_in_the_package_are_those_of_the_definitions() -> None:
-    for path, text in generate().items():
-        assert (DEFINITIONS.parent / path).read_text() == text, f"run scripts/generate_interfaces: {path}"
+    for path, text in generate(INTERFACES, "sunset.interfaces").items():
+        assert (INTERFACES / path).read_text() == text, path
 
 
 def test_no_module_is_left_over_from_a_definition_that_is_gone() -> None:
-    root = DEFINITIONS.parent
-    found = {path.relative_to(root).as_posix() for path in root.glob("*/**/__init__.py")}
-    assert found == set(generate())
+    modules = {path.relative_to(INTERFACES).as_posix() for path in INTERFACES.glob("*/**/__init__.py")}
+    assert modules == set(generate(INTERFACES, "sunset.interfaces"))
 
 
-def test_the_script_finds_nothing_to_change() -> None:
-    done = subprocess.run([sys.executable, SCRIPT, "--check"], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout) == (0, "")
+def test_the_command_names_and_writes_modules_that_differ_from_their_definitions(tmp_path: Path) -> None:
+    folder = package(tmp_path, "std_msgs/Header header\nOther other\n")
+    (folder / "pkg" / "msg" / "Other.msg").write_text("uint8 a\n")
+    command = [sys.executable, "-m", "sunset.generator", str(folder), "own"]
+
+    def outcome(*options: str) -> tuple[int, str]:
+        done = subprocess.run([*command, *options], capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout
+
+    files = ["pkg/msg/__init__.py", "pkg/__init__.py"]
+    assert outcome("--check") == (1, "".join(f"differs: {file}\n" for file in files))
+    assert outcome() == (0, "".join(f"written: {file}\n" for file in files))
+    assert outcome("--check") == (0, "")
 
 
 def test_every_export_exists() -> None:
@@ -85,4 +93,4 @@ def test_messages_of_a_package_come_after_those_that_they_use(tmp_path: Path) ->
 @pytest.mark.parametrize("name", ["class", "copy", "self"])
 def test_a_field_that_cannot_be_an_attribute_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(InterfaceError, match=f"pkg/msg/Own has a field '{name}'"):
-        generate(package(tmp_path, f"bool {name}\n"))
+        generate(package(tmp_path, f"bool {name}\n"), "own")

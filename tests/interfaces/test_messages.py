@@ -11,10 +11,9 @@ from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticSta
 from sunset.interfaces.lifecycle_msgs.msg import State, Transition
 from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from sunset.interfaces.rcl_interfaces.srv import ListParameters, SetParameters
-from sunset.interfaces.rmw_dds_common.msg import Gid
+from sunset.interfaces.rmw_dds_common.msg import Gid, ParticipantEntitiesInfo
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.std_msgs.msg import Header, String
-from sunset.interfaces.system_interfaces.msg import FrameEvaluation, FusionType, SensorFusion
 
 DEFAULTS = {"bool": False, "byte": b"\0", "string": "", "float32": 0.0, "float64": 0.0}
 OWN_DEFAULTS = {
@@ -51,8 +50,9 @@ def test_a_pickled_or_deep_copied_message_equals_its_original(examples: list[Mes
 
 
 def test_numeric_arrays_have_the_exact_type() -> None:
-    evaluation = FrameEvaluation(intersection=[1, 2], predicted=(3,), truth=np.array([4], np.uint8))
-    assert evaluation.intersection.dtype == evaluation.predicted.dtype == evaluation.truth.dtype == np.uint32
+    values = ([1, 2], (3,), np.array([4], np.uint8))
+    arrays = [ParameterValue(integer_array_value=value).integer_array_value for value in values]
+    assert [array.dtype for array in arrays] == [np.int64] * 3
     assert Image(data=b"ab").data.tolist() == [97, 98]
     assert Image().data.dtype == np.uint8
 
@@ -89,15 +89,15 @@ def test_a_copy_turns_sequences_into_what_the_definition_says() -> None:
 
 
 def test_copying_what_does_not_fit_names_the_field() -> None:
-    fusion = SensorFusion()
-    fusion.rgb.data = np.zeros((2, 2), np.uint8)
-    with pytest.raises(InterfaceError, match=r"Field 'rgb\.data' of system_interfaces/msg/SensorFusion"):
-        fusion.copy()
-    fusion.rgb.header = None  # type: ignore[assignment]
+    info = ParticipantEntitiesInfo()
+    info.gid.data = np.zeros((2, 2), np.uint8)
     with pytest.raises(
-        InterfaceError, match=r"Field 'rgb.header' of .* must be a std_msgs/msg/Header, got None"
+        InterfaceError, match=r"Field 'gid\.data' of rmw_dds_common/msg/ParticipantEntitiesInfo"
     ):
-        fusion.copy()
+        info.copy()
+    info.gid = None  # type: ignore[assignment]
+    with pytest.raises(InterfaceError, match=r"Field 'gid' of .* must be a rmw_dds_common/msg/Gid, got None"):
+        info.copy()
 
 
 def test_the_constructor_refuses_an_array_that_does_not_fit() -> None:
@@ -146,7 +146,6 @@ def test_constants_are_class_attributes() -> None:
     assert Transition.TRANSITION_ACTIVE_SHUTDOWN == 7
     assert ParameterType.PARAMETER_STRING_ARRAY == 9
     assert ListParameters.Request.DEPTH_RECURSIVE == 0
-    assert (FusionType.FUSION, FusionType.RGB, FusionType.DEPTH) == (0, 1, 2)
 
 
 def test_a_representation_names_every_field_and_abbreviates_long_arrays() -> None:

@@ -109,7 +109,8 @@ def test_a_domain_has_room_for_23_processes_of_a_computer(
             port = held.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             port.bind(("", 7410 + 250 * live.domain_id + 2 * index))
         with pytest.raises(
-            MiddlewareError, match="or 23 processes of SUNSET are in the domain on this computer already"
+            MiddlewareError,
+            match="or 23 processes of this library are in the domain on this computer already",
         ):
             live.process()
     assert "Failed to find a free participant index" in capfd.readouterr().err

@@ -20,7 +20,7 @@ from sunset.system import HARNESS, current_system, short_name
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ROOT / "ros2"
-DEFINITIONS = ROOT / "src" / "sunset" / "interfaces" / "definitions"
+INTERFACES = ROOT / "src" / "sunset" / "interfaces"
 LAUNCH_FILES = sorted(PACKAGES.glob("*/launch/*.launch.py"))
 NAMES = ("experiment_setup", "managed_subsystem", "system_interfaces")
 MANAGED = ("camera", "depth", "image_enhancement", "segmentation", "sensor_fusion")
@@ -83,21 +83,21 @@ def test_a_package_says_who_it_is(name: str) -> None:
 
 def test_the_interface_package_builds_the_definitions_of_the_python_package() -> None:
     folder = PACKAGES / "system_interfaces"
-    definitions = DEFINITIONS / "system_interfaces"
+    definitions = INTERFACES / "system_interfaces"
     (relative,) = re.findall(
         r'\(definitions "\$\{package\}/([^"$]+)\$\{PROJECT_NAME\}" ABSOLUTE\)', cmake(folder.name)
     )
     patterns = re.findall(r'"\$\{definitions\}/([a-z]+/\*\.[a-z]+)"', cmake(folder.name))
 
-    assert Path(os.path.normpath(folder / relative)) == DEFINITIONS
+    assert Path(os.path.normpath(folder / relative)) == INTERFACES
     built = {path for pattern in patterns for path in definitions.glob(pattern)}
-    assert built == {path for path in definitions.rglob("*") if path.is_file()}
+    assert built == {*definitions.rglob("*.msg"), *definitions.rglob("*.srv")}
     assert [path for path in PACKAGES.rglob("*") if path.suffix in {".msg", ".srv", ".idl"}] == []
 
 
 def test_the_interface_package_depends_on_the_packages_of_its_fields() -> None:
     kinds = []
-    for path in (DEFINITIONS / "system_interfaces").rglob("*.*"):
+    for path in (INTERFACES / "system_interfaces").rglob("*.[ms][sr][gv]"):
         name = f"system_interfaces/{path.suffix[1:]}/{path.stem}"
         if path.suffix == ".msg":
             kinds.append(get_message(name))

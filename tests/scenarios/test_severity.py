@@ -65,7 +65,7 @@ def test_the_strengths_are_those_that_the_curves_give() -> None:
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"version": "older"}, "must be of lite, version .*, got lite, version older; make it anew"),
+        ({"version": "older"}, "must be of lite, version .*, got lite, version older; make it again"),
         ({"strengths": {"image_shift": [1.0]}}, "strengths.*must be a list of five, got"),
     ],
 )

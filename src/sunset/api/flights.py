@@ -4,8 +4,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
-from sunset.calibration.flights_text import flights_text as thresholds_text
-from sunset import calibration, data
+from sunset import data
 from sunset.api.arguments import (
     Extensions,
     as_path,
@@ -16,6 +15,7 @@ from sunset.api.arguments import (
     optional_path,
 )
 from sunset.calibration import FlightThresholds, flight_thresholds
+from sunset.calibration.flights_text import flights_text as thresholds_text
 from sunset.data import (
     DEFAULT_FLIGHT,
     RENDERING,

@@ -14,8 +14,8 @@ from sunset.experiments import Options, RunSpec, Settings
 from sunset.figures import check_figure, drawing, save_figure
 from sunset.metrics import Samples
 from sunset.perception import load_model
-from sunset.system import ENTROPY_SIGNAL, Fault, current_system, get_fault
 from sunset.processes.workers import Progress, Stages
+from sunset.system import ENTROPY_SIGNAL, Fault, current_system, get_fault
 
 OUTAGE_S: Final = 8.0
 """How much of an outage is drawn, from the injection on, if no duration is given [s]."""

@@ -24,10 +24,10 @@ from sunset.evaluation.power import (
 )
 from sunset.experiments import BenchSpec, RunSpec, added_managers, in_turn, plan, prepare_runs, run
 from sunset.managing import split_label
+from sunset.processes.workers import Stages, processors
 from sunset.recording import RUN_FILE
 from sunset.system import degradations_of
 from sunset.texts import counted, listed
-from sunset.processes.workers import Stages, processors
 
 _PAUSE: Final = 20
 """A gap between two runs that is so many times the median gap is a pause of the campaign."""

@@ -29,8 +29,8 @@ from sunset.evaluation import (
     score_tables,
     summarise,
 )
-from sunset.recording import RUN_FILE, count_runs, read_stored_run
 from sunset.processes.workers import Progress
+from sunset.recording import RUN_FILE, count_runs, read_stored_run
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -27,10 +27,10 @@ from sunset.experiments import (
     keep_last_run,
     last_run,
 )
+from sunset.processes.workers import Progress, Stages
 from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
 from sunset.scenarios import Scenario
 from sunset.texts import counted
-from sunset.processes.workers import Progress, Stages
 
 __all__ = [
     "CHECK_SCENARIO",

@@ -1,4 +1,4 @@
-"""`sunset ros`: nodes, topics and services on the graph."""
+"""The verbs that list and describe parts of the graph."""
 
 import argparse
 
@@ -25,7 +25,7 @@ def node_list(arguments: argparse.Namespace) -> None:
 
 
 def node_info(arguments: argparse.Namespace) -> None:
-    """Print a node's publishers, subscribers and services."""
+    """Print what a node consists of."""
     with session(arguments) as graph:
         node = graph.find_node(arguments.node)
         graph.look_around()

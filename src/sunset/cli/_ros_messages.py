@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import yaml
 
-from sunset.errors import MALFORMED_YAML, InterfaceError, InvalidInputError
+from sunset.common.errors import MALFORMED_YAML, InterfaceError, InvalidInputError
 from sunset.interfaces import FieldType, Message, field_types, get_message, serialize, type_name
 
 _SHOWN: Final = 128

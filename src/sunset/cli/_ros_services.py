@@ -1,4 +1,4 @@
-"""`sunset ros`: services, parameters and lifecycles."""
+"""The verbs `param`, `lifecycle` and `service`."""
 
 import argparse
 import sys
@@ -145,7 +145,7 @@ def _transitions(graph: Session, node: str) -> list[TransitionDescription]:
     return list(response.available_transitions)
 
 
-# Shared
+# What they share
 
 
 def _nodes_with(graph: Session, service: str, kind: type[Service]) -> list[str]:
@@ -163,7 +163,7 @@ def _print_each(
     line: str,
     describe: Callable[[Session, str], str],
 ) -> int:
-    """Print the answer of a service of the given node or, if none is given, of each; return the exit code.
+    """Print what a service says of the given node or, if there is none, of each; return the exit code.
 
     Of all nodes, those that do not answer are reported and skipped.
     """
@@ -176,6 +176,6 @@ def _print_each(
             try:
                 print(line.format(node, describe(graph, node)))
             except NotThereError as error:
-                print(f"sunset: {error}", file=sys.stderr)
+                print(f"{arguments.program}: {error}", file=sys.stderr)
                 code = 1
     return code

@@ -1,4 +1,4 @@
-"""The session of a command of `sunset ros`: it joins the graph, looks around, finds names, and calls services."""
+"""A process on the graph for one command: it waits for nodes and calls services."""
 
 import argparse
 import os
@@ -8,11 +8,10 @@ from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
 from sunset.interfaces import Message, Service
-from sunset.names import qualified_name
-from sunset.processes.signals import held_signals
+from sunset.interruption import held_signals
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
-from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
 from sunset.ros.context import Context
 from sunset.ros.executors import SingleThreadedExecutor
 from sunset.ros.names import validate_topic_name
@@ -33,16 +32,16 @@ T = TypeVar("T")
 
 
 class NotThereError(Exception):
-    """A name is not on the graph, or a request was refused; the text is a sentence."""
+    """A name that is not on the graph, or a request that was refused; the text is one sentence."""
 
 
 class Session:
-    """A process on the graph, for a single command.
+    """A process on the graph, for one command.
 
     Args:
         middleware: the process.
         timeout_s: how long others may take to be found.
-        check_signals: raises if a signal has come; called while the session waits.
+        check_signals: raises what a signal that has come asks for; called wherever this waits.
     """
 
     def __init__(self, middleware: Middleware, timeout_s: float, check_signals: Callable[[], None]) -> None:
@@ -56,7 +55,7 @@ class Session:
 
     @property
     def node(self) -> Node:
-        """A hidden node, which calls services and listens."""
+        """A node to ask and listen with, which others take for a hidden one."""
         if self._own is None:
             self._own = Node(
                 f"_sunset_ros_{os.getpid()}",
@@ -77,19 +76,19 @@ class Session:
         self._check_signals()
         self._executor.spin_once(min(timeout_s, _STEP_S))
 
-    # Looking
+    # What is there
 
     def nodes(self) -> list[str]:
         """Return the full names of all nodes."""
         return [qualified_name(namespace, name) for name, namespace in self._middleware.nodes()]
 
     def endpoints(self, name: str | None = None, kinds: Sequence[EndpointKind] = ()) -> list[EndpointInfo]:
-        """Return the endpoints of a topic or service, or of the whole graph, of all or some kinds."""
-        infos = self._middleware.endpoints(name)
-        return [info for info in infos if not kinds or info.kind in kinds]
+        """Return all endpoints, or those of one topic or service, or only of some kinds."""
+        found = self._middleware.endpoints(name)
+        return [info for info in found if not kinds or info.kind in kinds]
 
     def names_and_types(self, *kinds: EndpointKind, node: str = "") -> dict[str, list[str]]:
-        """Return name → types of the endpoints of some kinds, of a node or of the whole graph, sorted."""
+        """Return name → types of all endpoints of some kinds, or those of one node, sorted."""
         types: dict[str, set[str]] = {}
         for info in self.endpoints(kinds=kinds):
             if not node or qualified_name(info.node_namespace, info.node_name) == node:
@@ -115,22 +114,29 @@ class Session:
         """Wait until something is found, at most for the session's timeout.
 
         Args:
-            look: returns the object, or a false value.
-            complaint: the message of the error.
+            look: returns what was found, or something false.
+            complaint: what to say otherwise.
+
+        Raises:
+            NotThereError: nothing was found.
         """
-        results: list[T] = []
+        found: list[T] = []
 
         def seen() -> bool:
             self._check_signals()
-            results[:] = [look()]
-            return bool(results[0])
+            found[:] = [look()]
+            return bool(found[0])
 
         if not self._middleware.wait_for(seen, round(self._timeout_s * 1e9)):
             raise NotThereError(complaint)
-        return results[0]
+        return found[0]
 
     def find_node(self, name: str) -> str:
-        """Return the full name of a node that is there."""
+        """Return the full name of a node that is there.
+
+        Raises:
+            NotThereError: it is not.
+        """
         full = absolute(name)
         self.find(lambda: full in self.nodes(), f"Unable to find node {full!r}.")
         return full
@@ -144,7 +150,11 @@ class Session:
         request: Message,
         qos: QoSProfile = qos_profile_services_default,
     ) -> Any:
-        """Return the response of a service."""
+        """Return the response of a service.
+
+        Raises:
+            NotThereError: the service is not there, or does not answer.
+        """
         client = self.node.create_client(service_type, name, qos_profile=qos)
         try:
             kind = service_type.__ros_name__
@@ -162,7 +172,12 @@ class Session:
 
 @contextmanager
 def session(arguments: argparse.Namespace) -> Iterator[Session]:
-    """Join the graph as the options say; leave it at the end, on Ctrl-C and SIGTERM too."""
+    """Join the graph as the options say; leave it at the end, on Ctrl-C and SIGTERM too.
+
+    Raises:
+        MissingExtraError: the extra `live` is not installed.
+        MiddlewareError: an option cannot be used, or the graph cannot be joined.
+    """
     with (
         held_signals() as check,
         live_middleware().join(domain_id=arguments.domain_id, network=arguments.network) as middleware,
@@ -171,7 +186,10 @@ def session(arguments: argparse.Namespace) -> Iterator[Session]:
 
 
 def absolute(name: str) -> str:
-    """Return the full form of a name; without a leading slash it is in the root namespace.
+    """Return the full form of a name; one without a leading slash is in the root namespace.
+
+    Raises:
+        NameValidationException: it breaks the rules for names.
 
     >>> absolute("managed_subsystem/camera")
     '/managed_subsystem/camera'
@@ -182,7 +200,7 @@ def absolute(name: str) -> str:
 
 
 def hidden(name: str) -> bool:
-    """Return whether lists leave a name out: a part of it starts with an underscore.
+    """Return whether a name is one that lists leave out: a part of it starts with an underscore.
 
     >>> hidden("/_ros2cli_1"), hidden("/uav/camera")
     (True, False)

@@ -1,4 +1,4 @@
-"""`sunset ros`: listening to topics."""
+"""The verb `topic`: listening."""
 
 import argparse
 from collections import deque
@@ -9,7 +9,7 @@ from statistics import fmean, pstdev
 
 from sunset.cli._ros_messages import message_to_yaml
 from sunset.cli._ros_session import Session, absolute, session
-from sunset.errors import InterfaceError, InvalidInputError
+from sunset.common.errors import InterfaceError, InvalidInputError
 from sunset.interfaces import Message, get_message
 from sunset.rmw.core.port import EndpointInfo, EndpointKind
 from sunset.ros.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -18,13 +18,13 @@ _REPORT_S = 1.0
 
 
 def topic_echo(arguments: argparse.Namespace) -> None:
-    """Print the messages on a topic until Ctrl-C, or a single message."""
+    """Print the messages on a topic until Ctrl-C, or one."""
     with suppress(KeyboardInterrupt), session(arguments) as graph:
         messages: list[Message] = []
         _subscribe(graph, arguments.topic, messages.append)
         while True:
             graph.spin_once()
-            while messages:  # printed here, since an exception in a callback would be reported as the node's
+            while messages:  # printed here, since what a callback raises is taken for a fault of the node
                 text = message_to_yaml(
                     messages.pop(0), arrays=not arguments.no_arr, whole=arguments.full_length
                 )
@@ -68,18 +68,23 @@ def rate_text(times: Iterable[float]) -> str:
 
 
 def _subscribe(graph: Session, name: str, callback: Callable[[Message], object]) -> None:
-    """Listen to a topic, as reliably as all its publishers allow."""
+    """Listen to a topic, as reliably as all its publishers allow.
+
+    Raises:
+        NotThereError: nothing publishes on it.
+        InvalidInputError: its type is unknown here.
+    """
     topic = absolute(name)
     publishers = graph.find(
         lambda: graph.endpoints(topic, [EndpointKind.PUBLISHER]),
-        f"Topic {topic!r} does not appear to be published; 'sunset ros topic list' shows those that are.",
+        f"Topic {topic!r} does not appear to be published; 'topic list' shows the others.",
     )
     type_name = publishers[0].type_name
     try:
         kind = get_message(type_name)
     except InterfaceError as error:
         raise InvalidInputError(
-            f"Topic {topic!r} carries {type_name}, a type that SUNSET does not know, so its messages cannot be read."
+            f"Messages on {topic} are {type_name}, a type that no installed package defines: they cannot be read."
         ) from error
     graph.node.create_subscription(kind, topic, callback, _matching(publishers))
 

@@ -1,4 +1,4 @@
-"""`sunset ros`: a small toolbox for computers without ROS, in the words of the `ros2` command line."""
+"""The commands of `ros2` for computers without ROS: `sunset ros`."""
 
 import argparse
 import math
@@ -9,17 +9,16 @@ from typing import Final, TypeAlias
 from sunset.cli import _ros_graph as graph
 from sunset.cli import _ros_services as services
 from sunset.cli import _ros_topics as topics
-from sunset.cli._options import add_flag
-from sunset.cli._parser import Actions, Parser, at_least_one
 from sunset.cli._ros_session import NotThereError
 
 EXIT_NOT_THERE: Final = 1
-"""What was asked for is not on the graph, or refused."""
+"""The exit code where a name is not on the graph, or a request is refused."""
 
+_Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # noqa: SLF001  it has no other name
 _Command: TypeAlias = Callable[[argparse.Namespace], int | None]
 
 
-def add_arguments(parser: Parser) -> None:
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
         "The commands of 'ros2' for machines without ROS. Exit code 1: a node, topic, parameter or service does "
@@ -33,13 +32,13 @@ def add_arguments(parser: Parser) -> None:
     _add_service(_actions(things, "service", "list and call services"))
 
 
-def _add_node(actions: Actions) -> None:
+def _add_node(actions: _Actions) -> None:
     _add(actions, "list", graph.node_list, "list the nodes")
     info = _add(actions, "info", graph.node_info, "show what a node consists of")
     info.add_argument("node", metavar="NODE", help="its full name, such as /managed_subsystem/camera")
 
 
-def _add_topic(actions: Actions) -> None:
+def _add_topic(actions: _Actions) -> None:
     _show_types(_add(actions, "list", graph.topic_list, "list the topics"))
     info = _add(
         actions, "info", graph.topic_info, "show which nodes publish on a topic and which subscribe to it"
@@ -51,15 +50,17 @@ def _add_topic(actions: Actions) -> None:
     rate.add_argument(
         "-w",
         "--window",
-        type=at_least_one,
+        type=_at_least_one,
         default=10_000,
         metavar="N",
         help="average over so many messages (default: 10000)",
     )
     echo = _add(actions, "echo", topics.topic_echo, "print messages, until Ctrl-C")
     echo.add_argument("topic", metavar="TOPIC")
-    add_flag(echo, "--once", "print one message and end")
-    add_flag(echo, "--no-arr", "print type and length of arrays instead of elements")
+    echo.add_argument("--once", action="store_true", help="print one message and end")
+    echo.add_argument(
+        "--no-arr", action="store_true", help="print type and length of arrays instead of elements"
+    )
     echo.add_argument(
         "-f",
         "--full-length",
@@ -68,7 +69,7 @@ def _add_topic(actions: Actions) -> None:
     )
 
 
-def _add_param(actions: Actions) -> None:
+def _add_param(actions: _Actions) -> None:
     listing = _add(actions, "list", services.param_list, "list the parameters of a node, or of all")
     listing.add_argument("node", nargs="?", metavar="NODE")
     getting = _add(actions, "get", services.param_get, "print a parameter's value")
@@ -79,7 +80,7 @@ def _add_param(actions: Actions) -> None:
     setting.add_argument("value", metavar="VALUE", help="YAML, such as 0.5, true, rgb_camera or '[1, 2]'")
 
 
-def _add_lifecycle(actions: Actions) -> None:
+def _add_lifecycle(actions: _Actions) -> None:
     _add(actions, "nodes", services.lifecycle_nodes, "list the nodes with a lifecycle")
     getting = _add(actions, "get", services.lifecycle_get, "print the state of a node, or of all")
     getting.add_argument("node", nargs="?", metavar="NODE")
@@ -90,7 +91,7 @@ def _add_lifecycle(actions: Actions) -> None:
     setting.add_argument("transition", metavar="TRANSITION", help="its label or number, such as deactivate")
 
 
-def _add_service(actions: Actions) -> None:
+def _add_service(actions: _Actions) -> None:
     _show_types(_add(actions, "list", graph.service_list, "list the services"))
     call = _add(actions, "call", services.service_call, "call a service and print its response")
     call.add_argument("service", metavar="NAME")
@@ -100,7 +101,7 @@ def _add_service(actions: Actions) -> None:
     )
 
 
-def _actions(things: Actions, name: str, text: str) -> Actions:
+def _actions(things: _Actions, name: str, text: str) -> _Actions:
     parser = things.add_parser(name, help=text)
     return parser.add_subparsers(title="actions", metavar="ACTION", required=True)
 
@@ -109,13 +110,17 @@ def _show_types(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-t", "--show-types", action="store_true", help="show the types too")
 
 
-def _add(actions: Actions, name: str, command: _Command, text: str) -> argparse.ArgumentParser:
+def _add(actions: _Actions, name: str, command: _Command, text: str) -> argparse.ArgumentParser:
     parser = actions.add_parser(name, help=text)
     common = parser.add_argument_group("the network")
     common.add_argument(
         "--domain-id", type=int, metavar="N", help="the domain, 0 to 232 (default: ROS_DOMAIN_ID, else 0)"
     )
-    add_flag(common, "--network", "hear other computers too, and be heard by them (default: this one only)")
+    common.add_argument(
+        "--network",
+        action="store_true",
+        help="hear other computers too, and be heard by them (default: this one only)",
+    )
     common.add_argument(
         "--timeout",
         type=_seconds,
@@ -123,8 +128,14 @@ def _add(actions: Actions, name: str, command: _Command, text: str) -> argparse.
         metavar="S",
         help="seconds within which other nodes must be found (default: 3)",
     )
-    parser.set_defaults(execute=_reporting(command))
+    parser.set_defaults(execute=_reporting(command), program=parser.prog.split()[0])
     return parser
+
+
+def _at_least_one(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text!r}")
+    return int(text)
 
 
 def _seconds(text: str) -> float:
@@ -138,13 +149,13 @@ def _seconds(text: str) -> float:
 
 
 def _reporting(command: _Command) -> _Command:
-    """Return a command that reports in a sentence that a name does not exist."""
+    """Return a command that writes a `NotThereError` to stderr."""
 
     def execute(arguments: argparse.Namespace) -> int | None:
         try:
             return command(arguments)
         except NotThereError as error:
-            print(f"sunset: {' '.join(str(error).split()).rstrip('.')}.", file=sys.stderr)
+            print(f"{arguments.program}: {' '.join(str(error).split()).rstrip('.')}.", file=sys.stderr)
             return EXIT_NOT_THERE
 
     return execute

@@ -31,10 +31,10 @@ from sunset.experiments.spec import RunSpec
 from sunset.experiments.worker import facts_of
 from sunset.managing import is_registered, split_label
 from sunset.output_files import write_text
+from sunset.processes.workers import Progress, Stages, check_jobs, processors, worker_pool
 from sunset.recording import PLAN_FILE, RUN_FILE, CampaignPlan, read_plan, read_run
 from sunset.schemas import document_text
 from sunset.texts import counted, listed
-from sunset.processes.workers import Progress, Stages, check_jobs, processors, worker_pool
 
 _log: Final = logging.getLogger(__name__)
 

@@ -16,11 +16,11 @@ from sunset.experiments.run import run
 from sunset.experiments.spec import RunSpec
 from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import is_registered
+from sunset.processes.workers import Progress, Stages, worker_pool
 from sunset.recording import read_messages
 from sunset.recording.reader import first_difference
 from sunset.system import COMMANDS_TOPIC
 from sunset.texts import counted, shorten
-from sunset.processes.workers import Progress, Stages, worker_pool
 
 _HASH_SEED: Final = "PYTHONHASHSEED"
 _SHOWN: Final = 3

@@ -22,11 +22,11 @@ from sunset.harness.launcher import Launcher
 from sunset.harness.manager_process import ManagerSpec
 from sunset.harness.node_process import NodeSpec
 from sunset.harness.node_processes import NodeProcesses
+from sunset.interruption import held_signals
 from sunset.managing import EXTERNAL
-from sunset.names import qualified_name
-from sunset.processes.signals import held_signals
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
+from sunset.rmw.core.port import qualified_name
 from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 from sunset.system import (
     BAG_PLAYER,

@@ -20,13 +20,13 @@ from sunset.interfaces.rosgraph_msgs.msg import Clock
 from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.interfaces.stamps import ns_of
 from sunset.interfaces.std_srvs.srv import Trigger
+from sunset.interruption import held_signals
 from sunset.managing import EXTERNAL
 from sunset.metrics import Timeline
-from sunset.names import base_name, qualified_name
-from sunset.processes.signals import held_signals
+from sunset.names import base_name
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.live import LiveObserver
-from sunset.rmw.core.port import EndpointKind, RequestId
+from sunset.rmw.core.port import EndpointKind, RequestId, qualified_name
 from sunset.rmw.core.tap import Tap
 from sunset.ros.context import Context
 from sunset.system import CLOCK_TOPIC, MANAGER_PROCESS, RESULT_TOPIC, TRUTH_TOPIC, current_system

@@ -11,9 +11,9 @@ from sunset.experiments.settings import Settings
 from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.manager_process import ManagerSpec
+from sunset.managing import EXTERNAL
 from sunset.processes.calls import Watch, call_isolated
 from sunset.processes.process import ProcessDeath, killed_error
-from sunset.managing import EXTERNAL
 from sunset.ros import CallbackError
 from sunset.system import current_system
 from sunset.texts import described_error, line_text

@@ -28,12 +28,12 @@ from sunset.data.bag_paths import check_bag_path
 from sunset.errors import DataError, InvalidInputError, ModelError
 from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import start_server
-from sunset.processes.forking import FORKING
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.perception import InferenceCache, Modality, Model, ModelCard, Segmenter, load_model
+from sunset.processes.forking import FORKING
+from sunset.processes.workers import Stages
 from sunset.scenarios import Scenario, with_strengths
 from sunset.texts import listed
-from sunset.processes.workers import Stages
 
 _OPEN_BAGS: Final = 16
 """How many bags are kept open: those of a panel, and some more."""

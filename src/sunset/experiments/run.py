@@ -25,9 +25,10 @@ from sunset.harness.confined_manager import manager_process
 from sunset.harness.manager_process import ManagerSpec
 from sunset.interfaces.stamps import NS_PER_S, ns_of
 from sunset.interfaces.system_interfaces.msg import Command, FaultInjection
-from sunset.processes.calls import Watch
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import Evidence, RunMetrics, Timeline, score
+from sunset.processes.calls import Watch
+from sunset.processes.workers import Stages
 from sunset.recording import (
     RecordedMessage,
     RecordWriter,
@@ -41,7 +42,6 @@ from sunset.rmw.backends import live_middleware
 from sunset.scenarios import Scenario
 from sunset.source_files import package_version
 from sunset.system import current_system, degradations_of, short_name, suite_size, system_with
-from sunset.processes.workers import Stages
 
 _AT_ONCE_S: Final = 0.1
 """Faults that are due when the measured time begins are injected by then."""

@@ -1,9 +1,8 @@
-"""The messages and services of SUNSET: typed Python classes, CDR, type hashes.
+"""Messages and services of ROS: typed Python classes, CDR, type hashes.
 
-The .msg and .srv files in `definitions` are the source of truth; `scripts/generate_interfaces` writes the
-modules from them. `from sensor_msgs.msg import Image` of a ROS 2 installation is
-`from sunset.interfaces.sensor_msgs.msg import Image` here, and the classes have the same fields, constants
-and defaults; sequences and arrays of numbers are numpy arrays of the exact type.
+The modules are generated from the .msg and .srv files beside them. `from sensor_msgs.msg import Image` of a
+ROS 2 installation is `from sunset.interfaces.sensor_msgs.msg import Image` here. The classes have the same
+fields, constants and defaults; sequences and arrays of numbers are numpy arrays of the exact type.
 
 >>> from sunset.interfaces.std_msgs.msg import Header
 >>> header = deserialize(serialize(Header(frame_id="camera")), Header)
@@ -11,7 +10,7 @@ and defaults; sequences and arrays of numbers are numpy arrays of the exact type
 Header(stamp=Time(sec=0, nanosec=0), frame_id='camera')
 """
 
-from sunset.interfaces._definition import FieldType
+from sunset.generator.definitions import FieldType
 from sunset.interfaces._message import Message, Service
 from sunset.interfaces._registry import (
     TypeDescription,

@@ -1,4 +1,4 @@
-"""Says in one sentence which field of a message does not fit its definition."""
+"""Errors that name the field of a message that does not fit its definition."""
 
 import math
 import sys
@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from sunset.errors import InterfaceError
-from sunset.interfaces._definition import FieldType, parse_type
+from sunset.common.errors import InterfaceError
+from sunset.generator.definitions import FieldType, parse_type
 from sunset.interfaces._message import Message
 from sunset.interfaces._values import array_of
 
@@ -16,7 +16,7 @@ _FLOAT32_MAX: Final = float(np.finfo(np.float32).max)
 
 
 def misfit(message: Message, error: Exception) -> InterfaceError:
-    """Return the error that names the first field that does not fit; `error` is what made us look."""
+    """Return an error that names the first field that does not fit; `error` is the exception of the codec."""
     found = next(_misfits(message, ""), None)
     if found is None:
         return InterfaceError(f"A {message.__ros_name__} cannot be processed: {error}.")
@@ -68,7 +68,7 @@ def _element(kind: FieldType, value: object, path: str) -> Iterator[tuple[str, s
 
 
 def _expected(kind: FieldType, value: object) -> str:
-    """Return what a primitive value should have been, or nothing if it fits."""
+    """Return a description of the expected value; empty if a primitive value fits."""
     if kind.base == "string":
         return _expected_string(kind, value)
     if kind.base == "bool":

@@ -14,12 +14,12 @@ from typing import Final, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from sunset.errors import InterfaceError
+from sunset.common.errors import InterfaceError
 from sunset.interfaces._message import Message
 from sunset.interfaces._values import array_of, empty
 
 BOOLS: Final = {True: True, False: False}
-"""What may stand in a `bool` field; anything else has no entry."""
+"""The values of a `bool` field."""
 
 PAD2: Final = tuple(bytes(-position % 2) for position in range(2))
 """`PAD2[position & 1]` is the padding up to the next multiple of 2; `PAD4` and `PAD8` likewise."""
@@ -89,7 +89,7 @@ def write_numbers(out: bytearray, value: npt.NDArray[_T], dtype: np.dtype[_T]) -
 def read_numbers(raw: bytes, position: int, dtype: np.dtype[_T], size: int) -> tuple[npt.NDArray[_T], int]:
     """Return an array (size,) that looks at the payload's own bytes, and the position behind it."""
     item = dtype.itemsize
-    start = 4 if item == 8 else 0  # noqa: PLR2004  the header shifts the grid of 8 bytes, no smaller one
+    start = 4 if item == 8 else 0  # noqa: PLR2004  the header shifts the grid of 8 bytes, but no smaller grid
     position = ((position - start + item - 1) & -item) + start
     return np.frombuffer(raw, dtype, size, position), position + size * item
 
@@ -98,7 +98,7 @@ def write_array(out: bytearray, value: npt.NDArray[_T], dtype: np.dtype[_T]) -> 
     """Append a sequence of numbers."""
     size = len(value)
     out += PAD4[len(out) & 3] + _pack_size(size)
-    if size or value.__class__ is not np.ndarray or value.dtype is not dtype:  # what is empty needs no look
+    if size or value.__class__ is not np.ndarray or value.dtype is not dtype:  # an empty array needs no check
         write_numbers(out, value, dtype)
 
 
@@ -154,7 +154,7 @@ def read_strings(raw: bytes, position: int, size: int) -> tuple[list[str], int]:
 
 
 def write_messages(out: bytearray, values: Sequence[_M], kind: type[_M]) -> None:
-    """Append the elements of a sequence of messages of one kind, without their number."""
+    """Append the elements of a sequence of messages of a class, without their number."""
     encode = kind.encode_into
     for value in values:
         encode(value, out)
@@ -171,7 +171,7 @@ def read_messages(raw: bytes, position: int, size: int, kind: type[_M]) -> tuple
 
 
 def read_dummy(raw: bytes, position: int) -> int:
-    """Return the position behind the one octet of a message without fields."""
+    """Return the position behind the octet of a message without fields."""
     if position >= len(raw):
         raise InterfaceError("A message without fields needs one octet.")
     return position + 1

@@ -1,4 +1,4 @@
-"""What all messages and services have in common."""
+"""The base classes of messages and services."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -10,11 +10,11 @@ _LONG = 8
 """Arrays with more elements are shown by their size."""
 
 
-class Message:  # noqa: PLW1641  a mutable value has no hash
+class Message:  # noqa: PLW1641  mutable values are not hashable
     """Base of all message classes.
 
-    A message has value semantics: it equals another of its class with equal fields, and has no hash.
-    Assigning to a field checks nothing; `serialize` says what does not fit the definition.
+    A message has value semantics: it equals another of its class with equal fields, and is not hashable.
+    Assigning to a field checks nothing; `serialize` checks the fields.
     """
 
     __slots__ = ()
@@ -27,11 +27,7 @@ class Message:  # noqa: PLW1641  a mutable value has no hash
 
     @abstractmethod
     def copy(self) -> Self:
-        """Return a structural copy: new messages and lists, the same arrays, now marked read-only.
-
-        Raises:
-            InterfaceError: a nested message, a list or an array does not fit the definition.
-        """
+        """Return a structural copy: new messages and lists, the same arrays, now marked read-only."""
         raise NotImplementedError
 
     @abstractmethod

@@ -1,17 +1,18 @@
-"""From a name to its class and back, and what ROS 2 derives from a definition."""
+"""Classes by name, type hashes and type descriptions."""
 
 import hashlib
 import json
 import re
 from collections.abc import Iterator
 from functools import cache
-from importlib import import_module
+from importlib import import_module, resources
+from importlib.metadata import entry_points
 from itertools import count
+from pathlib import Path
 from typing import Final, TypedDict
 
-from sunset.errors import InterfaceError
-from sunset.interfaces._definition import (
-    DEFINITIONS,
+from sunset.common.errors import InterfaceError
+from sunset.generator.definitions import (
     DUMMY_FIELD,
     NUMERIC,
     FieldType,
@@ -21,19 +22,21 @@ from sunset.interfaces._definition import (
 )
 from sunset.interfaces._message import Message, Service
 
+_FOLDER: Final = Path(__file__).parent
+
 _NESTED: Final = 1
 _BOUNDED_STRING: Final = 21
 _TYPE_IDS: Final = dict(zip(NUMERIC, count(2), strict=False)) | {"bool": 15, "byte": 16, "string": 17}
 _ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
-"""What is added to an element's id; all ids are those of type_description_interfaces/msg/FieldType."""
+"""Offsets of an element's id; all ids are from type_description_interfaces/msg/FieldType."""
 
 _PARTS: Final = ("Request", "Response")
 _EVENT: Final = "Event"
-"""What ROS 2 makes of every service besides its parts: what an introspected service publishes."""
+"""The third message of a service in ROS 2, which introspection publishes."""
 _RULE: Final = "=" * 80
 
 _LONGEST_NAME: Final = 200
-"""Of an interface; longer than that are no names of files."""
+"""The longest name of an interface."""
 
 
 def type_name(kind: type[Message | Service]) -> str:
@@ -51,18 +54,18 @@ def get_message(name: str) -> type[Message]:
     """Return the class of a message, or of a service's request or response, by its full name.
 
     Raises:
-        InterfaceError: there is no such message.
+        InterfaceError: no package defines it.
 
     >>> get_message("sensor_msgs/msg/Image").__name__
     'Image'
     """
     service, _, part = name.rpartition("_")
     if part in _PARTS and "/srv/" in service:
-        found: object = getattr(get_service(service), part)
+        kind: object = getattr(get_service(service), part)
     else:
-        found = _find(name, "msg")
-    if isinstance(found, type) and issubclass(found, Message):
-        return found
+        kind = _find(name, "msg")
+    if isinstance(kind, type) and issubclass(kind, Message):
+        return kind
     raise InterfaceError(f"There is no message {name!r}; a name looks like 'std_msgs/msg/String'.")
 
 
@@ -71,20 +74,34 @@ def get_service(name: str) -> type[Service]:
     """Return the class of a service by its full name.
 
     Raises:
-        InterfaceError: there is no such service.
+        InterfaceError: no package defines it.
     """
-    found = _find(name, "srv")
-    if isinstance(found, type) and issubclass(found, Service):
-        return found
+    kind = _find(name, "srv")
+    if isinstance(kind, type) and issubclass(kind, Service):
+        return kind
     raise InterfaceError(f"There is no service {name!r}; a name looks like 'std_srvs/srv/SetBool'.")
 
 
 def _find(name: str, kind: str) -> object:
     match = re.fullmatch(rf"([a-z]\w*)/{kind}/([A-Z]\w*)", name)
-    if match is None or len(name) > _LONGEST_NAME or not (DEFINITIONS / f"{name}.{kind}").is_file():
+    if match is None or len(name) > _LONGEST_NAME:
         return None
     package, short = match.groups()
-    return getattr(import_module(f"sunset.interfaces.{package}.{kind}"), short)
+    home = _python_package(package)
+    module = getattr(import_module(home), kind, None) if home else None
+    return getattr(module, short) if module and short in module.__all__ else None
+
+
+def _python_package(package: str) -> str | None:
+    """Return the Python package of a ROS package: of this library, or registered by a distribution."""
+    if (_FOLDER / package).is_dir():
+        return f"sunset.interfaces.{package}"
+    return _registered_packages().get(package)
+
+
+@cache
+def _registered_packages() -> dict[str, str]:
+    return {entry.name: entry.value for entry in entry_points(group="sunset_ros.interfaces")}
 
 
 def field_types(kind: type[Message]) -> dict[str, FieldType]:
@@ -113,14 +130,14 @@ class TypeFields(TypedDict):
 
 
 class TypeDescription(TypedDict):
-    """What a type is made of, with the names of type_description_interfaces/msg/TypeDescription."""
+    """A type and the types in it, with the names of type_description_interfaces/msg/TypeDescription."""
 
     type_description: TypeFields
     referenced_type_descriptions: list[TypeFields]
 
 
 def type_hash(kind: type[Message | Service]) -> str:
-    """Return the hash by which ROS 2 tells whether two processes mean the same message, or service.
+    """Return the hash by which ROS 2 compares the types of two processes.
 
     Source: REP 2016, version 1 of the hash ("RIHS01"): SHA-256 of the type description as JSON.
 
@@ -137,7 +154,7 @@ def _hash_of(name: str) -> str:
 
 
 def type_description(kind: type[Message | Service]) -> TypeDescription:
-    """Return what a message or service is made of, and all messages in it, by name."""
+    """Return the description of a message or service, and of all messages in it."""
     return _described(kind.__ros_name__)
 
 
@@ -149,7 +166,7 @@ def _described(name: str) -> TypeDescription:
 
 
 def _referenced(name: str) -> Iterator[str]:
-    """Return the names of all messages in the fields of a type, depth first; one may come several times."""
+    """Return the names of all messages in the fields of a type, depth first, with repetitions."""
     for field in _fields(name).values():
         if field.is_message:
             yield field.base
@@ -176,7 +193,7 @@ def _description(name: str) -> TypeFields:
 
 
 def _field_type(field: FieldType) -> _FieldType:
-    if field.is_message:  # noqa: SIM108  two conditions in one line read badly
+    if field.is_message:  # noqa: SIM108  two conditions in a line are hard to read
         type_id = _NESTED
     else:
         type_id = _BOUNDED_STRING if field.string_bound else _TYPE_IDS[field.base]
@@ -193,7 +210,7 @@ def _field_type(field: FieldType) -> _FieldType:
 
 
 def message_definition(kind: type[Message]) -> str:
-    """Return the definition's text, followed by those of all messages in it, as rosbag2 stores it."""
+    """Return the definition's text, followed by the definitions of all messages in it, as rosbag2 stores it."""
     name = kind.__ros_name__
     parts = [_definition_text(name)]
     parts += [
@@ -206,8 +223,16 @@ def message_definition(kind: type[Message]) -> str:
 def _definition_text(name: str) -> str:
     service, _, part = name.rpartition("_")
     if "/srv/" not in name:
-        return (DEFINITIONS / f"{name}.msg").read_text()
-    return split_service((DEFINITIONS / f"{service}.srv").read_text(), service)[_PARTS.index(part)]
+        return _file_text(name)
+    return split_service(_file_text(service), service)[_PARTS.index(part)]
+
+
+def _file_text(name: str) -> str:
+    """Return the text of the file that defines a message or a service."""
+    package, kind, short = name.split("/")
+    return (
+        resources.files(f"{_python_package(package)}.{kind}").joinpath(f"{short}.{kind}").read_text("utf-8")
+    )
 
 
 def type_source(name: str) -> tuple[str, str]:
@@ -215,7 +240,7 @@ def type_source(name: str) -> tuple[str, str]:
     _, kind, short = name.split("/")
     if "_" in short:
         return "implicit", ""
-    return kind, (DEFINITIONS / f"{name}.{kind}").read_text()
+    return kind, _file_text(name)
 
 
 def field_defaults(name: str) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from struct import error as StructError  # noqa: N812  it is a class
 from typing import TypeVar
 
-from sunset.errors import InterfaceError
+from sunset.common.errors import InterfaceError
 from sunset.interfaces._check import misfit
 from sunset.interfaces._codec import PAD4
 from sunset.interfaces._message import Message

@@ -9,7 +9,7 @@ from typing import Final, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
-from sunset.errors import InterfaceError
+from sunset.common.errors import InterfaceError
 
 INT8: Final[np.dtype[np.int8]] = np.dtype("<i1")
 UINT8: Final[np.dtype[np.uint8]] = np.dtype("<u1")
@@ -30,7 +30,7 @@ _EMPTY: Final[dict[object, npt.NDArray[np.generic]]] = {}
 
 
 def empty(dtype: np.dtype[_T]) -> npt.NDArray[_T]:
-    """Return the one empty array of a type; it is read-only, so everybody may share it."""
+    """Return the shared empty array of a type, which is read-only."""
     found = _EMPTY.get(dtype)
     if found is None:
         found = _EMPTY[dtype] = np.zeros(0, dtype)
@@ -44,11 +44,7 @@ def zeros(dtype: np.dtype[_T], size: int) -> npt.NDArray[_T]:
 
 
 def array_of(value: npt.ArrayLike, dtype: np.dtype[_T]) -> npt.NDArray[_T]:
-    """Return `value` as a contiguous array (N,) of `dtype`: itself if it is one, else a converted copy.
-
-    Raises:
-        InterfaceError: it is not one-dimensional, or a number does not fit the type.
-    """
+    """Return `value` as a contiguous array (N,) of `dtype`: itself if it fits, else a converted copy."""
     if isinstance(value, np.ndarray):
         if value.dtype == dtype and value.ndim == 1 and value.flags.c_contiguous:
             return value
@@ -101,22 +97,14 @@ def frozen(value: npt.NDArray[_T], dtype: np.dtype[_T]) -> npt.NDArray[_T]:
 
 
 def at_most(value: _S, limit: int) -> _S:
-    """Return `value` if it has at most `limit` elements.
-
-    Raises:
-        InterfaceError: it has more.
-    """
+    """Return `value` if it has at most `limit` elements."""
     if len(value) > limit:
         raise InterfaceError(f"Expected at most {limit} elements, got {len(value)}.")
     return value
 
 
 def exactly(value: _S, size: int) -> _S:
-    """Return `value` if it has exactly `size` elements.
-
-    Raises:
-        InterfaceError: it has more or fewer.
-    """
+    """Return `value` if it has exactly `size` elements."""
     if len(value) != size:
         raise InterfaceError(f"Expected {size} elements, got {len(value)}.")
     return value

@@ -4,7 +4,7 @@ from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
 
 
 def scalar_of(value: ParameterValue) -> bool | int | float | str | None:
-    """Return the value of a parameter; None for a list, and for what is not set.
+    """Return the value of a parameter; None for a list, and for an unset value.
 
     >>> scalar_of(ParameterValue(type=3, double_value=0.5)), scalar_of(ParameterValue(type=9, string_array_value=["a"]))
     (0.5, None)

@@ -1,6 +1,6 @@
-"""Which middlewares there are to run experiments on, by the names that users give them.
+"""The middlewares by the names that users give them.
 
-A new one is a package beside `sim` and `dds`, and an entry in `BACKENDS`.
+A new middleware is a package beside `sim` and `dds`, and an entry in `BACKENDS`.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,12 +13,12 @@ from sunset.rmw.core.live import LiveMiddleware
 
 @dataclass(frozen=True)
 class Backend:
-    """A middleware to run experiments on.
+    """A middleware.
 
     Attributes:
-        name: what users call it.
+        name: its name.
         description: where nodes run, for `--help`.
-        load: imports a live one, in which every node is a process; None for the simulation.
+        load: imports a live middleware; None for the simulation.
     """
 
     name: str
@@ -33,10 +33,10 @@ def _load_cyclonedds() -> LiveMiddleware:
 
 
 SIMULATED: Final = "sim"
-"""Where an experiment runs unless it says otherwise."""
+"""The default of experiments."""
 
 LIVE: Final = "cyclonedds"
-"""The live middleware of a process that names none."""
+"""The default of live processes."""
 
 BACKENDS: Final[Mapping[str, Backend]] = MappingProxyType(
     {
@@ -53,8 +53,8 @@ def live_middleware(name: str = LIVE) -> LiveMiddleware:
     """Import a live middleware.
 
     Raises:
-        MissingExtraError: the extra that it needs is not installed.
+        MissingExtraError: its extra is not installed.
     """
     load = BACKENDS[name].load
-    assert load is not None, f"{name} is simulated"  # noqa: S101  a mistake of the caller's
+    assert load is not None, f"{name} is simulated"  # noqa: S101  the caller's mistake
     return load()

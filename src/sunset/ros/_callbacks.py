@@ -1,4 +1,4 @@
-"""Calling what users register: names for errors, and coroutines."""
+"""Users' callbacks: their names in errors, and coroutines."""
 
 from collections.abc import Callable, Coroutine
 from functools import partial
@@ -19,7 +19,7 @@ def callback_name(callback: object) -> str:
 
 
 def driven(callback: Callable[..., object]) -> Callable[..., None]:
-    """Return a function that calls the callback, and runs the coroutine if it makes one."""
+    """Return a function that calls the callback, and runs its coroutine if it is a coroutine function."""
 
     def call(*arguments: object) -> None:
         outcome = callback(*arguments)
@@ -30,12 +30,9 @@ def driven(callback: Callable[..., object]) -> Callable[..., None]:
 
 
 def drive(outcome: object, done: Callable[..., object]) -> None:
-    """Hand what a callback returned to `done`; if it is a coroutine, let it run and hand over its result.
+    """Pass the outcome of a callback to `done`; run a coroutine, and pass its result.
 
     Whenever the coroutine waits for a future, it goes on in that future's done callback.
-
-    Raises:
-        TypeError: the coroutine waits for something that is not a `Future`.
     """
     if iscoroutine(outcome):
         _step(outcome, done)

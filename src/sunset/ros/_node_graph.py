@@ -3,9 +3,8 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from sunset.names import qualified_name
 from sunset.rmw.core.node import Middleware
-from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
 from sunset.rmw.core.qos import QoSProfile
 from sunset.ros.exceptions import NodeNameNonExistentError
 
@@ -14,7 +13,7 @@ _TOPIC_KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 
 @dataclass(frozen=True, slots=True)
 class TopicEndpointInfo:
-    """One publisher or subscription, as in `rclpy.topic_endpoint_info`."""
+    """A publisher or subscription, as in `rclpy.topic_endpoint_info`."""
 
     node_name: str
     node_namespace: str
@@ -56,41 +55,25 @@ class NodeGraph:
     def get_publisher_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> list[tuple[str, list[str]]]:
-        """Return (topic, types) of a node's publishers.
-
-        Raises:
-            NodeNameNonExistentError: there is no such node.
-        """
+        """Return (topic, types) of a node's publishers; raise a `NodeNameNonExistentError` without such a node."""
         return self._of_node(EndpointKind.PUBLISHER, node_name, node_namespace)
 
     def get_subscriber_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> list[tuple[str, list[str]]]:
-        """Return (topic, types) of a node's subscriptions.
-
-        Raises:
-            NodeNameNonExistentError: there is no such node.
-        """
+        """Return (topic, types) of a node's subscriptions; raise a `NodeNameNonExistentError` without such a node."""
         return self._of_node(EndpointKind.SUBSCRIPTION, node_name, node_namespace)
 
     def get_service_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> list[tuple[str, list[str]]]:
-        """Return (service, types) of the services that a node offers.
-
-        Raises:
-            NodeNameNonExistentError: there is no such node.
-        """
+        """Return (service, types) of a node's services; raise a `NodeNameNonExistentError` without such a node."""
         return self._of_node(EndpointKind.SERVICE, node_name, node_namespace)
 
     def get_client_names_and_types_by_node(
         self, node_name: str, node_namespace: str
     ) -> list[tuple[str, list[str]]]:
-        """Return (service, types) of a node's clients.
-
-        Raises:
-            NodeNameNonExistentError: there is no such node.
-        """
+        """Return (service, types) of a node's clients; raise a `NodeNameNonExistentError` without such a node."""
         return self._of_node(EndpointKind.CLIENT, node_name, node_namespace)
 
     def get_publishers_info_by_topic(self, topic_name: str) -> list[TopicEndpointInfo]:

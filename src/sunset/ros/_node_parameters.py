@@ -1,9 +1,10 @@
-"""The part of a node that is about its parameters: declarations, checks, callbacks. It knows no network."""
+"""Parameters of nodes: declarations, checks, callbacks. It knows no network."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from sunset.common.texts import shorten, suggestion
 from sunset.interfaces.rcl_interfaces.msg import (
     ListParametersResult,
     ParameterDescriptor,
@@ -21,7 +22,6 @@ from sunset.ros.exceptions import (
 )
 from sunset.ros.names import validate_parameter_name
 from sunset.ros.parameter import Parameter
-from sunset.texts import shorten, suggestion
 
 SetCallback = Callable[[list[Parameter]], SetParametersResult]
 PostSetCallback = Callable[[list[Parameter]], object]
@@ -32,7 +32,7 @@ _SEPARATOR = "."
 
 @dataclass(slots=True)
 class Changes:
-    """What one set of parameters did."""
+    """The changes by a set of parameters."""
 
     new: list[Parameter] = field(default_factory=list)
     changed: list[Parameter] = field(default_factory=list)
@@ -54,7 +54,7 @@ class NodeParameters:
         node: fully qualified name of the node, for errors.
         overrides: values that win over the defaults of declarations.
         allow_undeclared: whether parameters may be set that were not declared.
-        on_change: told of every change.
+        on_change: called with all changes.
     """
 
     def __init__(
@@ -81,17 +81,14 @@ class NodeParameters:
         descriptor: ParameterDescriptor | None = None,
         ignore_override: bool = False,
     ) -> Parameter:
-        """Add a parameter to this node.
+        """Add a parameter to this node, and return it with its value.
 
         Args:
             name: its name.
-            value: its default, or a `Parameter.Type` if it has none.
-            descriptor: describes it and limits its values; its type is that of the default, unless
+            value: its default, or a `Parameter.Type` without default.
+            descriptor: describes it and limits its values; its type is the type of the default, unless
                 `dynamic_typing` is set.
             ignore_override: whether the default wins over the command line.
-
-        Returns:
-            The parameter with the value that it has now.
 
         Raises:
             ParameterAlreadyDeclaredException: it is declared already.
@@ -104,9 +101,7 @@ class NodeParameters:
             raise ParameterAlreadyDeclaredException(
                 f"Parameter {name!r} of {self._parameters_of} is declared already."
             )
-        parameter, descriptor = self._parameter_and_descriptor(
-            name, value, descriptor or ParameterDescriptor()
-        )
+        parameter, descriptor = self._with_descriptor(name, value, descriptor or ParameterDescriptor())
         if not ignore_override and name in self._parameter_overrides:
             parameter = self._parameter_overrides[name]
             if parameter.value == [] and descriptor.type in _LISTS:  # which says nothing about the type
@@ -178,12 +173,7 @@ class NodeParameters:
         return parameter
 
     def get_parameters(self, names: Sequence[str]) -> list[Parameter]:
-        """Return several parameters.
-
-        Raises:
-            ParameterNotDeclaredException: one is not declared.
-            ParameterUninitializedException: one has a fixed type and was never set.
-        """
+        """Return several parameters."""
         return [self.get_parameter(name) for name in names]
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
@@ -206,7 +196,7 @@ class NodeParameters:
         """Return the names of parameters under some prefixes.
 
         Args:
-            prefixes: only names that equal one of these or are below it; all names if empty.
+            prefixes: only names that equal a prefix or are below it; all names if empty.
             depth: only names with so many parts at most, not counting the prefix; 0 for no limit.
         """
         names = [name for name in self._parameters if _is_listed(name, prefixes, depth)]
@@ -224,15 +214,11 @@ class NodeParameters:
         return Parameter.Type.NOT_SET if parameter is None else parameter.type_
 
     def get_parameter_types(self, names: Sequence[str]) -> list[Parameter.Type]:
-        """Return the types of several parameters' values.
-
-        Raises:
-            ParameterNotDeclaredException: one is not declared.
-        """
+        """Return the types of several parameters' values."""
         return [self.get_parameter_type(name) for name in names]
 
     def describe_parameter(self, name: str) -> ParameterDescriptor:
-        """Return what values a parameter admits.
+        """Return a parameter's descriptor.
 
         Raises:
             ParameterNotDeclaredException: it is not declared.
@@ -244,15 +230,11 @@ class NodeParameters:
         return self._descriptors[name].copy()
 
     def describe_parameters(self, names: Sequence[str]) -> list[ParameterDescriptor]:
-        """Return what values several parameters admit.
-
-        Raises:
-            ParameterNotDeclaredException: one is not declared.
-        """
+        """Return the descriptors of several parameters."""
         return [self.describe_parameter(name) for name in names]
 
     def set_descriptor(self, name: str, descriptor: ParameterDescriptor) -> ParameterValue:
-        """Change what values a parameter admits, and return its value.
+        """Change a parameter's descriptor, and return its value.
 
         Raises:
             ParameterNotDeclaredException: it is not declared.
@@ -273,10 +255,10 @@ class NodeParameters:
         return self._parameters[name].get_parameter_value()
 
     def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
-        """Set parameters one after the other, and return one result each.
+        """Set parameters individually, and return their results.
 
         Raises:
-            ParameterNotDeclaredException: one is not declared; those before it are set.
+            ParameterNotDeclaredException: a parameter is not declared; earlier parameters are set.
         """
         return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
 
@@ -284,7 +266,7 @@ class NodeParameters:
         """Set all of some parameters, or none.
 
         Raises:
-            ParameterNotDeclaredException: one is not declared.
+            ParameterNotDeclaredException: a parameter is not declared.
         """
         self._check_parameters_declared(parameter.name for parameter in parameter_list)
         reason = self._store_parameters(list(parameter_list), declaring=False)
@@ -298,26 +280,18 @@ class NodeParameters:
         self._on_set_parameters_callbacks.insert(0, callback)
 
     def remove_on_set_parameters_callback(self, callback: SetCallback) -> None:
-        """Stop asking a callback.
-
-        Raises:
-            ValueError: it was not asked.
-        """
+        """Stop asking a callback; raise a `ValueError` if it is not registered."""
         self._on_set_parameters_callbacks.remove(callback)
 
     def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
-        """Tell `callback(parameters)` when parameters were set."""
+        """Call `callback(parameters)` when parameters were set."""
         self._post_set_parameters_callbacks.insert(0, callback)
 
     def remove_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
-        """Stop telling a callback.
-
-        Raises:
-            ValueError: it was not told.
-        """
+        """Stop calling a callback; raise a `ValueError` if it is not registered."""
         self._post_set_parameters_callbacks.remove(callback)
 
-    def _parameter_and_descriptor(
+    def _with_descriptor(
         self, name: str, value: object, descriptor: ParameterDescriptor
     ) -> tuple[Parameter, ParameterDescriptor]:
         """Return a new parameter, and its descriptor with name and type filled in."""

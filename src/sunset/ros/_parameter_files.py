@@ -7,8 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from sunset.errors import MALFORMED_YAML, ParameterError
-from sunset.input_files import read_text
+from sunset.common.errors import MALFORMED_YAML, ParameterError
 from sunset.ros.exceptions import InvalidParameterTypeException
 from sunset.ros.parameter import Parameter, Value
 
@@ -20,7 +19,7 @@ class Override:
     """The value that a parameter gets in the nodes that a pattern names.
 
     Attributes:
-        nodes: fully qualified name; `*` stands for one part of it, `**` for any number of parts.
+        nodes: fully qualified name; `*` stands for a part of it, `**` for any number of parts.
         parameter: name and value.
     """
 
@@ -80,10 +79,7 @@ _Loader.add_constructor("tag:yaml.org,2002:map", _construct_unique_map)
 
 
 def parse_value(text: str, what: str) -> Value:
-    """Read the value of a parameter from YAML: a bool, integer, float, text, or a list of one of these.
-
-    Raises:
-        ParameterError: it is none of these; `what` names it.
+    """Read the value of a parameter from YAML: a bool, integer, float, text, or a list of them.
 
     >>> parse_value("1e-3", "p"), parse_value("[1, 2]", "p"), parse_value("rgb_camera", "p")
     (0.001, [1, 2], 'rgb_camera')
@@ -92,13 +88,9 @@ def parse_value(text: str, what: str) -> Value:
 
 
 def read_parameter_file(path: Path) -> list[Override]:
-    """Read a ROS parameter file: node name (or a pattern) → `ros__parameters` → name → value.
-
-    Raises:
-        ParameterError: it cannot be read, or is malformed.
-    """
+    """Read a ROS parameter file: node name (or a pattern) → `ros__parameters` → name → value."""
     try:
-        text = read_text(path)
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ParameterError(f"Parameter file {path} cannot be read: {error}.") from error
     content = _load(text, f"parameter file {path}")

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TypeVar
 
-from sunset.errors import ParameterError
+from sunset.common.errors import ParameterError
 from sunset.interfaces import Service
 from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset.interfaces.rcl_interfaces.msg import SetParametersResult
@@ -22,10 +22,10 @@ _T = TypeVar("_T")
 
 
 class ParameterServices:
-    """Answers for a node's parameters, as rclpy's nodes do.
+    """Serves a node's parameters, as in rclpy.
 
-    A name that is not declared, or has no value to get, empties the whole answer of a query; when set, each is
-    refused for itself.
+    An undeclared name, or a name without a value, empties the whole answer of a query. When parameters are set, each
+    has a result.
     """
 
     def __init__(self, node: NodeParameters) -> None:
@@ -83,7 +83,7 @@ class ParameterServices:
     def _set(self, messages: list[ParameterMessage]) -> SetParametersResult:
         try:
             parameters = [Parameter.from_parameter_msg(message) for message in messages]
-            self._node._check_parameters_declared(parameter.name for parameter in parameters)  # noqa: SLF001  it is the node's own
+            self._node._check_parameters_declared(parameter.name for parameter in parameters)  # noqa: SLF001  part of the node
         except ParameterError as error:  # the asker's mistake, and the answer says so
             return SetParametersResult(successful=False, reason=str(error))
         return self._node.set_parameters_atomically(parameters)

@@ -17,7 +17,7 @@ _END_NS: Final = 2**31 * 10**9
 
 
 class TimeSource:
-    """Sets a node's clock from /clock, and tells in a sentence what comes there and is not a time."""
+    """Sets a node's clock from /clock, and reports messages that are not a time."""
 
     def __init__(self, node: NodeHandle, clock: ROSClock, on_problem: Callable[[str], object]) -> None:
         self._node = node

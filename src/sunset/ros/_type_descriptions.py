@@ -1,4 +1,4 @@
-"""What a node answers when it is asked what the types that it uses are made of."""
+"""The service `~/get_type_description` of nodes."""
 
 from collections.abc import Iterable
 
@@ -26,7 +26,7 @@ def describe_type(
     request: GetTypeDescription.Request,
     response: GetTypeDescription.Response,
 ) -> GetTypeDescription.Response:
-    """Answer what the type with a hash is made of, if it is one of some types."""
+    """Describe the type with the requested hash, if it is among the types of a node."""
     kind = next((kind for kind in types if type_hash(kind) == request.type_hash), None)
     if kind is None:
         response.failure_reason = "No endpoint of this node has a type with this hash."

@@ -1,6 +1,6 @@
 """The arguments after `--ros-args`: remappings, parameters, parameter files.
 
-See https://docs.ros.org/en/jazzy/How-To-Guides/Node-arguments.html for what they mean.
+See https://docs.ros.org/en/jazzy/How-To-Guides/Node-arguments.html for their meaning.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,7 +16,7 @@ from sunset.ros.parameter import Parameter
 
 @dataclass(slots=True)
 class Arguments:
-    """What the arguments after `--ros-args` say.
+    """The arguments after `--ros-args`.
 
     Attributes:
         remaps: rules in the order given; the first that matches is used.
@@ -24,7 +24,7 @@ class Arguments:
         log_level: severity below which nothing is logged; None if not given.
         log_to_stderr: whether logs go to stderr too; None if not given.
         log_to_rosout: whether logs go to /rosout.
-        others: all arguments that are not ROS's.
+        others: all other arguments.
     """
 
     remaps: list[RemapRule] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Clients of services, as in `rclpy.client`; there is no blocking `call`."""
+"""Clients of services, as in `rclpy.client`; a blocking `call` is not supported."""
 
 from typing import Any, Generic, TypeAlias, TypeVar, cast
 
@@ -61,9 +61,9 @@ class Client(Generic[RequestT, ResponseT]):
         return self.handle.server_ready()
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
-        """Wait until a server is there, for ever if no time is given, and return whether one is.
+        """Wait until a server exists, for ever without a timeout, and return whether it does.
 
-        Inside a callback, it only looks.
+        In a callback, it does not wait.
         """
         timeout_ns = None if timeout_sec is None else round(timeout_sec * 1e9)
         return self._process.wait_for(self.handle.server_ready, timeout_ns)

@@ -9,11 +9,11 @@ __all__ = ["Clock", "ClockType", "ROSClock"]
 
 
 class Clock:
-    """Tells the time of its context's middleware.
+    """A clock of its context's middleware.
 
     Args:
-        clock_type: what it follows; an attribute too.
-        context: whose time; the default context if None.
+        clock_type: its type; an attribute too.
+        context: its context; the default context if None.
     """
 
     def __init__(
@@ -26,7 +26,7 @@ class Clock:
         return f"Clock(clock_type={self.clock_type.name})"
 
     def now(self) -> Time:
-        """Return the time, which is that of its start during a simulated callback."""
+        """Return the time; during a simulated callback, the time at which it started."""
         return Time(nanoseconds=self.now_ns(), clock_type=self.clock_type)
 
     def now_ns(self) -> int:

@@ -1,9 +1,9 @@
-"""The life of one process on the network, as in `rclpy.context`."""
+"""The life of a process on the network, as in `rclpy.context`."""
 
 import sys
 from collections.abc import Callable, Sequence
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.backends import live_middleware
 from sunset.rmw.core.node import Middleware
 from sunset.ros.arguments import Arguments
@@ -11,10 +11,10 @@ from sunset.ros.exceptions import NotInitializedException
 
 
 class Context:
-    """What the nodes of one process share: its middleware and its arguments.
+    """The middleware and the arguments of a process, which its nodes share.
 
     Attributes:
-        arguments: what the command line says.
+        arguments: the command line.
     """
 
     def __init__(self) -> None:
@@ -75,7 +75,7 @@ class Context:
         return self._middleware is not None and self._middleware.alive
 
     def shutdown(self) -> None:
-        """Leave the network; from inside a callback, after that callback and what it sends.
+        """Leave the network; in a callback, once its messages are sent.
 
         Raises:
             NotInitializedException: the context is not initialised, or was shut down.

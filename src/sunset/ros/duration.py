@@ -46,5 +46,5 @@ class Duration:
 
     @classmethod
     def from_msg(cls, msg: DurationMessage) -> "Duration":
-        """Return what a message says."""
+        """Return the duration in a message."""
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec)

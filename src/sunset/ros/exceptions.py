@@ -1,6 +1,6 @@
-"""The errors of the client library, in rclpy's names and in SUNSET's exception tree."""
+"""The errors of the client library, in rclpy's names."""
 
-from sunset.errors import MiddlewareError, ParameterError
+from sunset.common.errors import MiddlewareError, ParameterError
 
 # ruff: noqa: N818  the names are rclpy's
 
@@ -21,7 +21,7 @@ class NameValidationException(MiddlewareError, ValueError):
     """A name breaks the rules for names.
 
     Attributes:
-        name_type: what it names, such as "topic name".
+        name_type: the kind of name, such as "topic name".
         name: the name.
         error_msg: the rule that it breaks.
         invalid_index: where in the name.

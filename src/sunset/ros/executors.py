@@ -3,7 +3,7 @@
 from collections.abc import Callable, Coroutine
 from typing import Any, Self, TypeVar
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.ros._callbacks import callback_name, drive
 from sunset.ros.context import Context, get_default_context
 from sunset.ros.exceptions import NotInitializedException
@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 class SingleThreadedExecutor:
-    """Runs the callbacks of its nodes, one after the other, in the order in which they become ready.
+    """Runs the callbacks of its nodes, one at a time, in the order in which they become ready.
 
     Args:
         context: the process, an attribute too; the default context if None.
@@ -61,12 +61,12 @@ class SingleThreadedExecutor:
         *args: object,
         **kwargs: object,
     ) -> Future[Any]:
-        """Call a function soon, as a callback of the first node; the future is done with what it returns.
+        """Call a function soon, as a callback of the first node; the future is done with its result.
 
         The function may be a coroutine function, and a coroutine may be given in its place.
 
         Raises:
-            MiddlewareError: the executor has no node.
+            MiddlewareError: the executor has not got a node.
         """
         if not self._nodes:
             raise MiddlewareError("An executor without nodes cannot run a task; add a node first.")
@@ -109,7 +109,7 @@ class SingleThreadedExecutor:
         end_ns = None if timeout_ns is None else middleware.steady_ns() + timeout_ns
         while not future.done() and self.context.ok() and not self._is_shutdown:
             remaining_ns = None if end_ns is None else max(0, end_ns - middleware.steady_ns())
-            ran = middleware.spin_once(remaining_ns)  # what woke it may have been no callback
+            ran = middleware.spin_once(remaining_ns)  # it may have returned without a callback
             if end_ns is not None and middleware.steady_ns() >= end_ns + ran:
                 return
 

@@ -6,15 +6,15 @@ from pathlib import PurePath
 from types import FrameType
 from typing import Final, Protocol, TypedDict, Unpack
 
+from sunset.common.texts import shorten
 from sunset.interfaces.rcl_interfaces.msg import Log
-from sunset.texts import shorten
 
 _LONGEST: Final = 10_000
 """Characters of a message that are logged."""
 
 
 class LoggingSeverity(IntEnum):
-    """How severe a message is; the numbers are those of rcl_interfaces/msg/Log."""
+    """How severe a message is; numbers as in rcl_interfaces/msg/Log."""
 
     UNSET = 0
     DEBUG = 10
@@ -31,7 +31,7 @@ class LogSink(Protocol):
         """The time by which messages are throttled."""
 
     def write(self, message: Log) -> None:
-        """Take a message, which has no stamp yet."""
+        """Take a message without a stamp."""
 
 
 class _ClockLike(Protocol):
@@ -39,7 +39,7 @@ class _ClockLike(Protocol):
 
 
 class LogOptions(TypedDict, total=False):
-    """When a line of source that logs is passed over; each line is told apart by file and number.
+    """Whether a line of source that logs is skipped; lines are identified by file and number.
 
     Attributes:
         throttle_duration_sec: log from it at most once in so many seconds.
@@ -55,13 +55,13 @@ class LogOptions(TypedDict, total=False):
 
 
 class Logger:
-    """Logs messages of one name.
+    """Logs messages under a name.
 
     Args:
         name: such as `managed_subsystem.camera`.
         sink: where they go.
         level: severity below which nothing is logged.
-        parent: the logger whose level holds while this one's is not set.
+        parent: the logger whose level is used while this logger's level is not set.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class Logger:
         return f"<Logger {self.name} {self.get_effective_level().name}>"
 
     def get_child(self, name: str) -> "Logger":
-        """Return a logger whose name has one more part.
+        """Return a logger whose name has another part.
 
         Raises:
             ValueError: the part is empty.

@@ -1,6 +1,6 @@
 """Names of nodes, topics, services and parameters: the rules, expansion and remapping.
 
-The rules are those of https://design.ros2.org/articles/topic_and_service_names.html.
+The rules: https://design.ros2.org/articles/topic_and_service_names.html.
 """
 
 import re
@@ -30,8 +30,8 @@ class RemapRule:
     """Replaces a name by another.
 
     Attributes:
-        source: what is replaced: a topic or service name, `__node` or `__ns`.
-        target: what it becomes.
+        source: the replaced name: a topic or service name, `__node` or `__ns`.
+        target: the new name.
         node: the only node to which it applies, by its name without namespace; None for all.
     """
 
@@ -121,7 +121,7 @@ def expand_name(name: str, node_name: str, namespace: str) -> str:
 
 
 def remap_name(name: str, node_name: str, namespace: str, rules: Iterable[RemapRule]) -> str:
-    """Return what the first matching rule makes of an absolute name, itself absolute."""
+    """Return an absolute name after the first matching rule, as an absolute name."""
     for rule in rules:
         applies = rule.node in {None, node_name} and not rule.source.startswith("__")
         if applies and expand_name(rule.source, node_name, namespace) == name:

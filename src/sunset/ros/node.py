@@ -48,7 +48,7 @@ class Node(NodeParameters, NodeGraph):
 
     Args:
         node_name: its name; the command line may replace it (`-r __node:=`).
-        context: its process; the default context if None.
+        context: its context; the default context if None.
         cli_args: arguments for this node alone, as after `ros2 run`.
         namespace: where its relative names are; the command line may replace it (`-r __ns:=`).
         use_global_arguments: whether the context's arguments hold for it.
@@ -59,8 +59,8 @@ class Node(NodeParameters, NodeGraph):
         automatically_declare_parameters_from_overrides: whether all overrides are declared at once.
 
     Attributes:
-        context: its process.
-        default_callback_group: the group of callbacks that name none.
+        context: its context.
+        default_callback_group: the group of callbacks without a group.
 
     Raises:
         NotInitializedException: the context is not initialised.
@@ -86,8 +86,7 @@ class Node(NodeParameters, NodeGraph):
         self.context = context or get_default_context()
         self._middleware = self.context.middleware
         arguments = [Arguments.parse(cli_args or ())]
-        if use_global_arguments:
-            arguments.append(self.context.arguments)
+        arguments += [self.context.arguments] if use_global_arguments else []
         self._rules = [rule for each in arguments for rule in each.remaps]
         name, namespace = rename_node(node_name, namespace or "/", self._rules)
         self.handle = self._middleware.create_node(name, namespace)
@@ -104,17 +103,8 @@ class Node(NodeParameters, NodeGraph):
         self._parameter_event_publisher = self.create_publisher(
             ParameterEvent, "/parameter_events", qos_profile_parameter_events
         )
-        full_name = self.get_fully_qualified_name()
-        overrides = (*find_overrides(arguments, full_name), *(parameter_overrides or ()))
-        NodeParameters.__init__(
-            self,
-            full_name,
-            {parameter.name: parameter for parameter in overrides},
-            allow_undeclared=allow_undeclared_parameters,
-            on_change=self._on_parameters_changed,
-        )
-        self.declare_parameter("use_sim_time", False)
-        self._offer_type_descriptions()
+        overrides = find_overrides(arguments, self.get_fully_qualified_name())
+        self._set_up_parameters([*overrides, *(parameter_overrides or ())], allow_undeclared_parameters)
         if automatically_declare_parameters_from_overrides:
             self._declare_overrides()
         if start_parameter_services:
@@ -123,7 +113,7 @@ class Node(NodeParameters, NodeGraph):
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.get_fully_qualified_name()}>"
 
-    # Who it is
+    # Its names
 
     @property
     def publishers(self) -> Iterator[AnyPublisher]:
@@ -180,7 +170,7 @@ class Node(NodeParameters, NodeGraph):
         rules = () if only_expand else self._rules
         return resolve_name(service, self.get_name(), self.get_namespace(), rules, is_service=True)
 
-    # What it consists of
+    # Its parts
 
     def create_publisher(
         self,
@@ -188,7 +178,7 @@ class Node(NodeParameters, NodeGraph):
         topic: str,
         qos_profile: QoSProfile | int,
         *,
-        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
     ) -> Publisher[MessageT]:
         """Make a publisher on a topic; a whole number as QoS keeps the last so many messages.
 
@@ -208,7 +198,7 @@ class Node(NodeParameters, NodeGraph):
         callback: Callable[[MessageT], object],
         qos_profile: QoSProfile | int,
         *,
-        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
     ) -> Subscription[MessageT]:
         """Call `callback(message)` for the messages on a topic; at most the QoS depth of them wait.
 
@@ -229,7 +219,7 @@ class Node(NodeParameters, NodeGraph):
         srv_name: str,
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
-        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
     ) -> AnyClient:
         """Make a client of a service.
 
@@ -248,9 +238,9 @@ class Node(NodeParameters, NodeGraph):
         callback: Callable[[Any, Any], object],
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
-        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
     ) -> Service:
-        """Answer requests with what `callback(request, response)` returns, or awaits and returns.
+        """Answer requests with the result of `callback(request, response)`, which may be a coroutine function.
 
         Raises:
             InvalidServiceNameException: the name breaks the rules.
@@ -265,11 +255,11 @@ class Node(NodeParameters, NodeGraph):
         self,
         timer_period_sec: float,
         callback: Callable[[], object],
-        callback_group: CallbackGroup | None = None,  # noqa: ARG002  rclpy's; one thread makes them all alike
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
         clock: Clock | None = None,
         autostart: bool = True,
     ) -> Timer:
-        """Call `callback()` every so many seconds, first one period from now, by a clock or the node's own.
+        """Call `callback()` periodically, first after a period, by a clock or the node's own.
 
         Raises:
             MiddlewareError: the period is negative.
@@ -341,6 +331,17 @@ class Node(NodeParameters, NodeGraph):
                 self._logger.warning(
                     f"On {topic}, {mine} and {theirs} do not match: incompatible {policy}."  # noqa: G004  as in ROS
                 )
+
+    def _set_up_parameters(self, overrides: list[Parameter], allow_undeclared: bool) -> None:
+        NodeParameters.__init__(
+            self,
+            self.get_fully_qualified_name(),
+            {parameter.name: parameter for parameter in overrides},
+            allow_undeclared=allow_undeclared,
+            on_change=self._on_parameters_changed,
+        )
+        self.declare_parameter("use_sim_time", False)
+        self._offer_type_descriptions()
 
     def _declare_overrides(self) -> None:
         for parameter in self._parameter_overrides.values():

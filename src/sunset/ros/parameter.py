@@ -15,7 +15,7 @@ from sunset.ros.exceptions import InvalidParameterTypeException
 Value: TypeAlias = (
     bool | int | float | str | list[bytes] | list[bool] | list[int] | list[float] | list[str] | None
 )
-"""What a parameter can hold."""
+"""The values of parameters."""
 
 _Items: TypeAlias = Sequence[object] | npt.NDArray[np.generic]
 _INT64 = range(-(2**63), 2**63)
@@ -34,7 +34,7 @@ class Parameter:
     """
 
     class Type(IntEnum):
-        """What kind of value a parameter has; the numbers are those of rcl_interfaces/msg/ParameterType."""
+        """The type of a parameter's value; numbers as in rcl_interfaces/msg/ParameterType."""
 
         NOT_SET = ParameterType.PARAMETER_NOT_SET
         BOOL = ParameterType.PARAMETER_BOOL

@@ -12,7 +12,7 @@ MessageT = TypeVar("MessageT", bound=Message)
 
 @dataclass(eq=False, repr=False)
 class Publisher(Generic[MessageT]):
-    """Sends messages of one type on one topic; made by `Node.create_publisher`."""
+    """Sends messages of a type on a topic; made by `Node.create_publisher`."""
 
     handle: PublisherHandle
     msg_type: type[MessageT]
@@ -41,7 +41,7 @@ class Publisher(Generic[MessageT]):
         self.handle.publish(msg)
 
     def get_subscription_count(self) -> int:
-        """Return how many subscriptions get what is sent."""
+        """Return the number of subscriptions that receive the messages."""
         return self.handle.matched
 
     def destroy(self) -> None:

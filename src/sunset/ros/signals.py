@@ -1,4 +1,4 @@
-"""What happens on SIGINT and SIGTERM, as in `rclpy.signals`: the context is shut down, and `spin` returns."""
+"""SIGINT and SIGTERM, as in `rclpy.signals`: they shut the context down, and `spin` returns."""
 
 import signal
 import threading
@@ -23,9 +23,9 @@ _SIGNALS = {SignalHandlerOptions.SIGINT: signal.SIGINT, SignalHandlerOptions.SIG
 def install_signal_handlers(
     options: SignalHandlerOptions = SignalHandlerOptions.ALL, *, context: Context | None = None
 ) -> None:
-    """Let the next SIGINT or SIGTERM shut a context down, after the callback that runs; a second one acts as before.
+    """Let the next SIGINT or SIGTERM shut a context down, after the callback that runs; a second signal acts as before.
 
-    The context is the default one if None. Only the main thread can; others leave the signals alone.
+    None is the default context. Only the main thread can; others leave the signals alone.
     """
     if threading.current_thread() is not threading.main_thread():
         return
@@ -35,7 +35,7 @@ def install_signal_handlers(
             previous = signal.getsignal(number)
 
             def handle(number: int, _: FrameType | None, previous: object = previous) -> None:
-                signal.signal(number, previous)  # type: ignore[arg-type]  # what `getsignal` returned
+                signal.signal(number, previous)  # type: ignore[arg-type]  # the result of `getsignal`
                 shut_down()
 
             signal.signal(number, handle)

@@ -13,7 +13,7 @@ MessageT = TypeVar("MessageT", bound=Message)
 
 @dataclass(eq=False, repr=False)
 class Subscription(Generic[MessageT]):
-    """Gets messages of one type from one topic; made by `Node.create_subscription`."""
+    """Receives messages of a type from a topic; made by `Node.create_subscription`."""
 
     handle: SubscriptionHandle
     msg_type: type[MessageT]

@@ -46,7 +46,7 @@ class Future(Generic[T]):
         """Return the result, or None if there is none yet.
 
         Raises:
-            Exception: the one that was set instead of a result.
+            Exception: it was set instead of a result.
         """
         if self._exception is not None:
             raise self._exception

@@ -10,7 +10,7 @@ from sunset.ros.duration import Duration
 
 
 class ClockType(IntEnum):
-    """What a clock follows."""
+    """The source of a clock's time."""
 
     ROS_TIME = 1
     """/clock where the node's parameter `use_sim_time` says so, else the system's clock."""
@@ -20,7 +20,7 @@ class ClockType(IntEnum):
 
 @total_ordering
 class Time:
-    """A point in time of one clock type, in whole nanoseconds of at least 0.
+    """A point in time of a clock type, in whole nanoseconds of at least 0.
 
     Raises:
         ValueError: it would be negative.
@@ -100,5 +100,5 @@ class Time:
 
     @classmethod
     def from_msg(cls, msg: TimeMessage, clock_type: ClockType = ClockType.ROS_TIME) -> "Time":
-        """Return what a message says."""
+        """Return the time in a message."""
         return cls(seconds=msg.sec, nanoseconds=msg.nanosec, clock_type=clock_type)

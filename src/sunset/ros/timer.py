@@ -12,8 +12,8 @@ class Timer:
 
     Timers of a clock that follows `/clock` expire when a message on it says so, all others by the system's clock. The
     former begin to count when the time is known, that is with the first message on `/clock` that is not 0. Where it
-    jumps, they do as those of rcl: due after a jump forward, they call once and keep to their whole periods; after a
-    jump to before their present period, they begin a new one, as they do when their clock is switched over.
+    jumps, they act as in rcl: due after a jump forward, they call once and keep to their whole periods; after a
+    jump to before their present period, or a switch of their clock, they begin a new period.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class Timer:
 
     @property
     def timer_period_ns(self) -> int:
-        """The period in nanoseconds; a new one holds from the next call on."""
+        """The period in nanoseconds; a new period holds from the next call on."""
         return self._period_ns
 
     @timer_period_ns.setter
@@ -54,7 +54,7 @@ class Timer:
         self._handle.cancel()
 
     def reset(self) -> None:
-        """Start again: the next call is due one period from now."""
+        """Start again: the next call is due after a period."""
         self._canceled = False
         if self._follows:
             self._begin()

@@ -18,8 +18,8 @@ from torch.nn import functional
 
 from sunset.classes import IGNORED
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
+from sunset.interruption import held_signals
 from sunset.metrics import count_classes, image_iou
-from sunset.processes.signals import held_signals
 from sunset.seeding import drawn_seed
 from sunset.training.archives import check_archive
 from sunset.training.augment import Batch, DeviceFrames, cells_of, movement

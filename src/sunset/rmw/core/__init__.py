@@ -1,3 +1,3 @@
-"""What all middlewares share: the port that the client library knows, and what an observer may see."""
+"""The port between the client library and middlewares, and the interface of observers."""
 
 __all__: list[str] = []

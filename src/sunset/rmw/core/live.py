@@ -1,4 +1,4 @@
-"""What a live middleware is: one on which processes of the operating system meet, in real time."""
+"""The interface of live middlewares, on which operating system processes communicate in real time."""
 
 from abc import ABC, abstractmethod
 from contextlib import AbstractContextManager
@@ -9,7 +9,7 @@ from sunset.rmw.core.tap import Tap
 
 
 class LiveProcess(Middleware):
-    """This process on a network, in a domain; as a context manager it leaves the network when the context ends."""
+    """This process in a domain; as a context manager it leaves the network at the end."""
 
     domain_id: int
 
@@ -21,7 +21,7 @@ class LiveProcess(Middleware):
 
 
 class LiveObserver(ABC):
-    """Tells a tap what happens in a domain, and takes part in nothing; as a context manager it leaves at its end."""
+    """Passes the events of a domain to a tap; as a context manager it leaves at the end."""
 
     def __enter__(self) -> Self:
         return self
@@ -31,35 +31,35 @@ class LiveObserver(ABC):
 
     @abstractmethod
     def check(self) -> None:
-        """Raise what the tap raised, if it did; it was told nothing since.
+        """Raise the exception of the tap, if it raised.
 
         Raises:
-            Exception: what the tap raised.
+            Exception: the tap raised it.
         """
 
     @abstractmethod
     def finish(self) -> None:
-        """Tell the tap what has come, and nothing more from now on.
+        """Pass the remaining events to the tap, and no more from now on.
 
         Raises:
-            Exception: what the tap raised.
+            Exception: the tap raised it.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Tell the tap what has come, and leave the network.
+        """Pass the remaining events to the tap, and leave the network.
 
         Raises:
-            Exception: what the tap raised.
+            Exception: the tap raised it.
         """
 
 
 class LiveMiddleware(Protocol):
-    """What a package of a live middleware offers; the package itself is one."""
+    """The interface of a live middleware's package."""
 
     @property
     def RMW_IMPLEMENTATION(self) -> str:  # noqa: N802  the environment's name for it
-        """What ROS 2 calls the middleware that its nodes must have to meet ours."""
+        """The RMW_IMPLEMENTATION of ROS 2 nodes that can communicate with ours."""
 
     def join(
         self, *, domain_id: int | None = None, network: bool = False, distro: str | None = None
@@ -67,8 +67,8 @@ class LiveMiddleware(Protocol):
         """Join the network.
 
         Args:
-            domain_id: processes hear those of the same domain only; ROS_DOMAIN_ID, else 0, if None.
-            network: whether to be heard beyond this computer.
+            domain_id: the domain, ROS_DOMAIN_ID, else 0, if None.
+            network: whether to communicate beyond this computer.
             distro: the ROS 2 distribution of other nodes; None to find out.
 
         Raises:
@@ -76,28 +76,28 @@ class LiveMiddleware(Protocol):
         """
 
     def observe(self, tap: Tap, *, domain_id: int | None = None) -> LiveObserver:
-        """Return what tells a tap everything that happens in a domain.
+        """Return an observer that passes the events of a domain to a tap.
 
         Raises:
             MiddlewareError: as for `join`.
         """
 
     def prepare(self) -> None:
-        """Make what every process needs, so that forks of this one have it; join no network, start no thread."""
+        """Do the work that all forks of this process share; join no network, start no thread."""
 
     def free_domain_id(self) -> AbstractContextManager[int]:
-        """Reserve a domain in which no process of this computer is.
+        """Reserve an unused domain of this computer.
 
         Raises:
-            MiddlewareError: there is none.
+            MiddlewareError: all domains are in use.
         """
 
     def sole_system(self, domain_id: int) -> AbstractContextManager[None]:
         """Keep other systems of this computer out of a domain.
 
         Raises:
-            MiddlewareError: one is there.
+            MiddlewareError: another system is there.
         """
 
     def versions(self) -> dict[str, str]:
-        """Return what a live record depends on: distribution → version."""
+        """Return the versions that a live record depends on, by distribution."""

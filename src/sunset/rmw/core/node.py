@@ -1,7 +1,7 @@
-"""A middleware's process, and what its nodes are whatever the middleware.
+"""Processes of a middleware, and their nodes.
 
-A middleware supplies a `Middleware`, and in its `Parts` what nodes consist of: each an `Entity`. Endpoints import this
-module, the process imports its endpoints, and nothing imports the process.
+A middleware implements `Middleware` and, in `Parts`, the entities of nodes. Endpoints import this module, the process
+imports its endpoints, and no module of the middleware imports the process.
 """
 
 from abc import ABC, abstractmethod
@@ -9,9 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message, Service
-from sunset.names import qualified_name
 from sunset.rmw.core.port import (
     ClientHandle,
     EndpointInfo,
@@ -19,6 +18,7 @@ from sunset.rmw.core.port import (
     RequestId,
     ServiceHandle,
     SubscriptionHandle,
+    qualified_name,
 )
 from sunset.rmw.core.qos import QoSProfile
 
@@ -29,47 +29,45 @@ class Middleware(ABC):
     @property
     @abstractmethod
     def describes_types(self) -> bool:
-        """Whether its nodes tell others what their types are made of, as those of ROS 2 since Jazzy do."""
+        """Whether its nodes offer descriptions of their types, as in ROS 2 since Jazzy."""
 
     @abstractmethod
     def now_ns(self) -> int:
-        """The system clock, in nanoseconds since its epoch."""
+        """Return the time of the system clock, in nanoseconds since its epoch."""
 
     @abstractmethod
     def steady_ns(self) -> int:
-        """A clock that never jumps, in nanoseconds since some fixed moment."""
+        """Return the time of a clock that never jumps, in nanoseconds since some fixed moment."""
 
     @abstractmethod
     def create_node(self, name: str, namespace: str) -> "NodeHandle":
-        """Enter the graph with a node that has no endpoints yet."""
+        """Enter the graph with a node without endpoints."""
 
     @abstractmethod
     def post(self, node: "NodeHandle", handler: Callable[[], None], label: str) -> None:
-        """Call a handler of a node once, after those that are ready already."""
+        """Call a handler of a node once, after all ready callbacks."""
 
     @abstractmethod
     def remove(self, node: "NodeHandle") -> None:
-        """Take a node, which has no parts any more, off the graph."""
+        """Take a node without parts off the graph."""
 
     @abstractmethod
     def spin_once(self, timeout_ns: int | None) -> bool:
-        """Wait for a callback of an attached node and run it; return whether one ran.
+        """Wait for a callback of an attached node and run it; return whether a callback ran.
 
-        It does not wait if `timeout_ns` is 0, and waits for ever if it is None.
+        It does not wait if `timeout_ns` is 0, and waits for ever if it is None. In a simulation, events happen
+        meanwhile.
 
         Raises:
-            CallbackError: the callback raised.
-            MiddlewareError: called from inside a callback.
+            CallbackError: the callback raised, or in a simulation another callback.
+            MiddlewareError: called in a callback, or no events are left in a simulation and `timeout_ns` is None.
         """
 
     @abstractmethod
     def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
-        """Wait, without running callbacks of this process, until a predicate on the graph holds.
+        """Wait, except in a callback, until a predicate on the graph holds; return whether it holds.
 
-        From inside a callback it does not wait.
-
-        Returns:
-            Whether the predicate holds.
+        Callbacks of this process do not run meanwhile, unless it is simulated.
         """
 
     @abstractmethod
@@ -83,26 +81,19 @@ class Middleware(ABC):
 
     @abstractmethod
     def check_alive(self) -> None:
-        """Refuse to do something in a process that has ended.
-
-        Raises:
-            MiddlewareError: it has.
-        """
+        """Raise a `MiddlewareError` if the process has ended."""
 
     @abstractmethod
     def shutdown(self) -> None:
-        """Leave the network; from inside a callback, after that callback and what it sends.
-
-        A signal handler may call it.
-        """
+        """Leave the network; in a callback, once its messages are sent. A signal handler may call it."""
 
     @abstractmethod
     def nodes(self) -> Sequence[tuple[str, str]]:
-        """(name, namespace) of every node on the graph, in a fixed order."""
+        """Return (name, namespace) of all nodes on the graph, in a fixed order."""
 
     @abstractmethod
     def endpoints(self, name: str | None = None) -> Sequence[EndpointInfo]:
-        """Every endpoint on the graph, or those of one topic or service, in a fixed order."""
+        """Return all endpoints on the graph, or those of a topic or service, in a fixed order."""
 
 
 MessageT = TypeVar("MessageT", bound=Message)
@@ -111,7 +102,7 @@ MiddlewareT_co = TypeVar("MiddlewareT_co", bound=Middleware, covariant=True)
 
 @dataclass(frozen=True, slots=True)
 class Parts:
-    """Makes what nodes consist of: each is called with the node and the arguments of `NodeHandle.create_…`."""
+    """Makes the parts of nodes, from the node and the arguments of `NodeHandle.create_…`."""
 
     publisher: Callable[..., PublisherHandle]
     subscription: Callable[..., SubscriptionHandle]
@@ -128,10 +119,10 @@ class NodeHandle:
         namespace: the root is `/`.
         fully_qualified_name: namespace and name, such as `/managed_subsystem/camera`.
         process: its process.
-        entities: its parts, as the keys, by age.
+        entities: its parts, by age.
         alive: False once destroyed.
         attached: whether its callbacks run while the process spins.
-        warn: is told in a sentence, at a limited rate, what the network brought and could not be used.
+        warn: called, at a limited rate, with a sentence about data that could not be used.
     """
 
     def __init__(self, process: Middleware, parts: Parts, name: str, namespace: str) -> None:
@@ -148,11 +139,7 @@ class NodeHandle:
         self._held: list[Callable[[], None]] = []
 
     def check_alive(self) -> None:
-        """Refuse to extend a node that is destroyed.
-
-        Raises:
-            MiddlewareError: it is, or its process has ended.
-        """
+        """Raise a `MiddlewareError` if the node is destroyed or its process has ended."""
         self.process.check_alive()
         if not self.alive:
             raise MiddlewareError(
@@ -160,7 +147,7 @@ class NodeHandle:
             )
 
     def create_publisher(self, message_type: type[Message], topic: str, qos: QoSProfile) -> PublisherHandle:
-        """Make a writer on `topic`."""
+        """Make a publisher of a topic."""
         return self._parts.publisher(self, message_type, topic, qos)
 
     def create_subscription(
@@ -172,7 +159,7 @@ class NodeHandle:
         *,
         label: str,
     ) -> SubscriptionHandle:
-        """Make a reader of `topic`."""
+        """Make a subscription to a topic."""
         return self._parts.subscription(self, message_type, topic, qos, handler=handler, label=label)
 
     def create_client(
@@ -184,7 +171,7 @@ class NodeHandle:
         *,
         label: str,
     ) -> ClientHandle:
-        """Make the asking end of service `name`; the handler gets (number of the request, response)."""
+        """Make a client; its handler takes (number of the request, response)."""
         return self._parts.client(self, service_type, name, qos, handler=handler, label=label)
 
     def create_service(
@@ -196,7 +183,7 @@ class NodeHandle:
         *,
         label: str,
     ) -> ServiceHandle:
-        """Make the answering end of service `name`."""
+        """Make a server of a service."""
         return self._parts.service(self, service_type, name, qos, handler=handler, label=label)
 
     def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> "Timer[Any]":
@@ -204,7 +191,7 @@ class NodeHandle:
         return self._parts.timer(self, period_ns, handler, label)
 
     def post(self, handler: Callable[[], None], label: str) -> None:
-        """Call the handler once, as a callback of this node, after those that are ready already."""
+        """Call a handler once, as a callback of this node, after all ready callbacks."""
         self.process.post(self, handler, label)
 
     def attach(self) -> None:
@@ -219,7 +206,7 @@ class NodeHandle:
         self.attached = False
 
     def hold(self, go_on: Callable[[], None]) -> None:
-        """Call a function, which lets a callback go on, when the node is attached."""
+        """Call a function, which lines a callback up again, when the node is attached."""
         self._held.append(go_on)
 
     def destroy(self) -> None:
@@ -237,7 +224,7 @@ class Entity(ABC, Generic[MiddlewareT_co]):
     Attributes:
         process: its node's process.
         node: its node.
-        label: names its callback in errors.
+        label: the name of its callback in errors.
         alive: False once destroyed.
     """
 
@@ -249,11 +236,11 @@ class Entity(ABC, Generic[MiddlewareT_co]):
         self.alive = True
 
     def join(self) -> None:
-        """Become part of the node, now that everything is made."""
+        """Become part of the node, as the last step of construction."""
         self.node.entities[self] = None
 
     def retire(self) -> None:
-        """Leave the graph, for good, as one of several that do."""
+        """Leave the graph for good, without an announcement: `destroy` for one of many."""
         self.alive = False
         self.node.entities.pop(self, None)
 
@@ -263,11 +250,7 @@ class Entity(ABC, Generic[MiddlewareT_co]):
             self.retire()
 
     def check_alive(self, action: str) -> None:
-        """Refuse to do something with what is destroyed.
-
-        Raises:
-            MiddlewareError: it is destroyed, or its process has ended.
-        """
+        """Raise a `MiddlewareError` if the part is destroyed or its process has ended."""
         if not self.alive:
             raise MiddlewareError(
                 f"Node {self.node.fully_qualified_name} cannot {action}: it was destroyed, or its process has ended."
@@ -275,10 +258,9 @@ class Entity(ABC, Generic[MiddlewareT_co]):
 
 
 class Timer(Entity[MiddlewareT_co]):
-    """Calls its handler periodically by the clock of its process that never jumps; a middleware sets its alarm.
+    """Calls its handler periodically, by the steady clock of its process; a middleware sets its alarm.
 
-    The n-th call is due at start + n * period. A call that comes late does not shift the later ones, and calls
-    missed while the process was busy are not made up for.
+    The n-th call is due at start + n * period. A late call does not shift later calls, and missed calls are skipped.
 
     Attributes:
         canceled: whether it is stopped.
@@ -300,14 +282,10 @@ class Timer(Entity[MiddlewareT_co]):
 
     @abstractmethod
     def set_alarm(self, due_ns: int | None) -> None:
-        """Expire at `due_ns` of the process's steady clock, and not before; never if it is None."""
+        """Expire at `due_ns` of the process's steady clock; never if it is None."""
 
     def set_period_ns(self, period_ns: int) -> None:
-        """Change the period from the next call on.
-
-        Raises:
-            MiddlewareError: it is negative.
-        """
+        """Change the period from the next call on; raise a `MiddlewareError` if it is negative."""
         if period_ns < 0:
             raise MiddlewareError(f"A timer's period must be at least 0 ns, got {period_ns}.")
         self._period_ns = period_ns
@@ -325,11 +303,11 @@ class Timer(Entity[MiddlewareT_co]):
 
     @property
     def due_ns(self) -> int:
-        """When the next call is due, by the system clock."""
+        """The time of the next call, by the system clock."""
         return self.process.now_ns() + self._due_ns - self.process.steady_ns()
 
     def run(self) -> None:
-        """Call the handler, having set the next alarm."""
+        """Set the next alarm, and call the handler."""
         self._wait_until(next_due_ns(self._due_ns, self._period_ns, self.process.steady_ns()))
         self._handler()
 
@@ -344,9 +322,9 @@ class Timer(Entity[MiddlewareT_co]):
 
 
 def next_due_ns(due_ns: int, period_ns: int, now_ns: int) -> int:
-    """Return when a timer is due after the call that was due at `due_ns` and starts at `now_ns`.
+    """Return when a timer is due again after a call that was due at `due_ns` and starts at `now_ns`.
 
-    It stays on the grid of whole periods and skips what has been missed.
+    The result is on the grid of whole periods, and not in the past.
 
     >>> next_due_ns(100, 100, 130), next_due_ns(100, 100, 430), next_due_ns(100, 100, 400)
     (200, 500, 400)

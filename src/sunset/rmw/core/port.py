@@ -1,10 +1,9 @@
-"""The middleware port: the narrow door between the client library and whatever carries its messages.
+"""The port between the client library and the middlewares.
 
-A `Middleware` (in `node`) is one process on the network: it has one thread of callbacks, a clock, and nodes. A
-node makes endpoints, each with a *handler* that the middleware calls on that thread, one at a time,
-and only while the process spins and the node is attached. Messages cross the port as typed Python
-objects; a middleware that needs bytes serialises behind it. Handlers own what they are given, and
-a sender keeps what it sent, except that arrays are shared and read-only.
+A `Middleware` (in `node`) is one process on the network, with a thread of callbacks, a clock, and nodes. A node makes
+endpoints, each with a *handler*. The middleware calls handlers on that thread, one at a time, while the process spins
+and the node is attached. Messages cross the port as objects, and middlewares serialize them where needed. A handler
+owns its message, and a sender keeps the message that it sent, but arrays are shared and read-only.
 
 Names that cross the port are fully qualified (`/ns/name`), expanded, remapped and validated.
 """
@@ -14,14 +13,14 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
+from sunset.common.texts import shorten
 from sunset.interfaces import Message
 from sunset.rmw.core.qos import QoSProfile
-from sunset.texts import shorten
 
 
 class CallbackError(MiddlewareError):
-    """A callback of a node raised; `__cause__` is what it raised.
+    """A callback of a node raised an exception, which is the `__cause__`.
 
     Attributes:
         node: fully qualified name of the node.
@@ -36,21 +35,30 @@ class CallbackError(MiddlewareError):
 
     @property
     def origin(self) -> BaseException:
-        """What the callback raised; itself where that is not known, as of one that comes from another process."""
+        """The exception of the callback; this error itself if it comes from another process."""
         return self.__cause__ or self
 
     def __reduce__(self) -> tuple[type["CallbackError"], tuple[str, str, str]]:
-        """Let it come back from another process."""
+        """Let it be pickled."""
         return type(self), (self.node, self.callback, self._reason)
 
     @classmethod
     def of(cls, node: str, callback: str, error: Exception) -> "CallbackError":
-        """Wrap what a callback raised; the caller raises the result `from error`."""
+        """Describe an exception of a callback; the caller raises the result `from error`."""
         try:
             text = str(error)
-        except Exception as inner:  # noqa: BLE001  str() of a user's exception may itself raise
+        except Exception as inner:  # noqa: BLE001  str() of a user's exception may raise
             text = f"no text, since that raised {type(inner).__name__}"
         return cls(node, callback, f"raised {type(error).__name__}: {shorten(text)}")
+
+
+def qualified_name(namespace: str, node: str) -> str:
+    """Return a node's name with its namespace.
+
+    >>> qualified_name("/uav", "camera"), qualified_name("/", "monitor")
+    ('/uav/camera', '/monitor')
+    """
+    return f"{namespace.rstrip('/')}/{node}"
 
 
 class RequestId(NamedTuple):
@@ -61,7 +69,7 @@ class RequestId(NamedTuple):
 
 
 class EndpointKind(Enum):
-    """What an endpoint does."""
+    """The kind of an endpoint."""
 
     PUBLISHER = "publisher"
     SUBSCRIPTION = "subscription"
@@ -71,15 +79,15 @@ class EndpointKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class EndpointInfo:
-    """One endpoint as seen on the graph.
+    """An endpoint on the graph.
 
     Attributes:
-        kind: what it does.
+        kind: publisher, subscription, client or service.
         name: fully qualified topic or service name.
         type_name: such as `sensor_msgs/msg/Image` or `std_srvs/srv/Trigger`.
         node_name: name of its node, without namespace.
         node_namespace: namespace of its node; the root is `/`.
-        qos: what it offers or asks for.
+        qos: the profile that it offers or requests.
         gid: 16 bytes that identify it on this network.
     """
 
@@ -93,15 +101,15 @@ class EndpointInfo:
 
 
 class Handle(ABC):
-    """An end of a topic or service, which its user destroys."""
+    """An endpoint that its user destroys."""
 
     @abstractmethod
     def destroy(self) -> None:
-        """Leave the graph for good: what was sent arrives, what has come and is not yet handled is dropped."""
+        """Leave the graph for good: sent messages still arrive, received messages in the queue are dropped."""
 
 
 class PublisherHandle(Handle):
-    """A writer on one topic."""
+    """A publisher of a topic."""
 
     @abstractmethod
     def publish(self, message: Message) -> None:
@@ -109,37 +117,37 @@ class PublisherHandle(Handle):
 
         Raises:
             MiddlewareError: the publisher is destroyed, or the middleware refuses.
-            InterfaceError: the message does not fit its definition; some middlewares find it only when it leaves.
+            InterfaceError: the message does not fit its definition; some middlewares raise it later.
         """
 
     @property
     @abstractmethod
     def wanted(self) -> bool:
-        """Whether anybody would get a message sent now, or could get it later."""
+        """Whether a subscription would receive a message sent now, at once or later."""
 
     @property
     @abstractmethod
     def matched(self) -> int:
-        """Number of subscriptions that get what is sent."""
+        """The number of subscriptions that receive messages from here."""
 
 
 class SubscriptionHandle(Handle):
-    """A reader of one topic; it holds the last messages that were not handled yet, as many as its QoS says."""
+    """A subscription to a topic, with a queue of the depth in its QoS."""
 
     @property
     @abstractmethod
     def matched(self) -> int:
-        """Number of publishers whose messages arrive here."""
+        """The number of publishers whose messages arrive here."""
 
 
 class ClientHandle(Handle):
-    """The asking end of one service: it asks every server of its name and type."""
+    """A client of a service; requests go to every server of its name and type."""
 
     @abstractmethod
     def send_request(self, request: Message) -> int:
-        """Send a request and return its number, with which the response comes to the handler.
+        """Send a request, and return its number, which the handler receives with the response.
 
-        The numbers of each client run from 1, so that one that is far away knows them.
+        The numbers of each client run from 1, so that remote clients know them.
 
         Raises:
             MiddlewareError: the client is destroyed.
@@ -148,17 +156,17 @@ class ClientHandle(Handle):
 
     @abstractmethod
     def server_ready(self) -> bool:
-        """Whether a server of this name and type is there."""
+        """Return whether a server of this name and type exists."""
 
 
 class ServiceHandle(Handle):
-    """The answering end of one service; it holds the last requests that were not handled yet, as its QoS says."""
+    """A server of a service, with a queue of the depth in its QoS."""
 
     @abstractmethod
     def send_response(self, request_id: RequestId, response: Message) -> None:
-        """Answer a request that the handler was given.
+        """Answer a request of the handler.
 
         Raises:
-            MiddlewareError: no such request waits for a response, or the server is destroyed.
+            MiddlewareError: no such request waits, or the server is destroyed.
             InterfaceError: the response does not fit its definition.
         """

@@ -1,9 +1,9 @@
-"""Quality of service: what an endpoint offers or asks for, and which endpoints match."""
+"""Quality of service: profiles, and which profiles match."""
 
 from dataclasses import dataclass
 from enum import IntEnum
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 
 
 class HistoryPolicy(IntEnum):
@@ -35,9 +35,8 @@ class QoSProfile:
         depth: samples kept when `history` is KEEP_LAST, at least 1.
         history: keep the last `depth` samples, or all.
         reliability: reliable or best effort.
-        durability: volatile, or transient local: a late reader gets what the writer still keeps.
-        lifespan_ns: age in nanoseconds at which a kept sample is no longer given to a late reader;
-            None for no limit. The client library's own /rosout has one.
+        durability: volatile, or transient local: a late reader receives the samples that the writer keeps.
+        lifespan_ns: the age in nanoseconds from which late readers do not receive a kept sample; None for no limit.
     """
 
     depth: int = 10
@@ -47,11 +46,7 @@ class QoSProfile:
     lifespan_ns: int | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a depth that could hold nothing.
-
-        Raises:
-            MiddlewareError: the depth is not a whole number of at least 1.
-        """
+        """Raise a `MiddlewareError` if the depth is not a whole number of at least 1."""
         if isinstance(self.depth, bool) or not isinstance(self.depth, int) or self.depth < 1:
             raise MiddlewareError(f"A QoS depth must be a whole number of at least 1, got {self.depth!r}.")
 
@@ -62,7 +57,7 @@ class QoSProfile:
 
 
 def incompatibility(offered: QoSProfile, requested: QoSProfile) -> str | None:
-    """Name the policy for which a reader asks more than a writer offers.
+    """Return the policy for which a reader requests more than a writer offers.
 
     Returns:
         "reliability" or "durability", or None when the two match.

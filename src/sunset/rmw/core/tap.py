@@ -1,15 +1,15 @@
-"""What an outside observer of a network may see."""
+"""The interface of observers of a network."""
 
 from sunset.interfaces import Message
 from sunset.rmw.core.port import EndpointKind, RequestId
 
 
 class Tap:
-    """Listens to a network without being part of it; override what is of interest.
+    """Observes a network without being part of it; override the methods of interest.
 
-    In a simulation it sees every sample, whether or not anybody subscribes, takes no time and cannot be lost. It may
-    keep the messages that it is given but must not change them. All names are fully qualified, but for those of
-    processes; all times are nanoseconds of the middleware's system clock.
+    In a simulation it sees every sample, with or without subscriptions, and takes no time. It may keep messages, but
+    must not change them. Names of nodes, topics and services are fully qualified. Times are nanoseconds of the
+    middleware's system clock.
     """
 
     def on_node(self, process: str, node: str) -> None:
@@ -21,18 +21,18 @@ class Tap:
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Note that a sample of a node left its process at `time_ns`."""
 
-    def on_request(  # noqa: PLR0917  it is called with all of them, in this order
+    def on_request(  # noqa: PLR0917  all callers pass positions
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note that a request of the node `client` is taken by the node `server`.
 
         Args:
-            time_ns: when the server's callback starts.
-            service: its name.
-            client: the node that asks.
+            time_ns: the start of the server's callback.
+            service: the name of the service.
+            client: the node that sent the request.
             server: the node that will answer.
             request: the request.
-            request_id: identifies it until its response.
+            request_id: identifies the request until its response.
         """
 
     def on_response(

@@ -1,4 +1,4 @@
-"""The live middleware: operating system processes on DDS, which ROS 2 nodes take for theirs."""
+"""The live middleware: operating system processes on Cyclone DDS, compatible with ROS 2 nodes."""
 
 from importlib.metadata import version
 from typing import Final
@@ -20,13 +20,12 @@ __all__ = [
 ]
 
 RMW_IMPLEMENTATION: Final = "rmw_cyclonedds_cpp"
-"""What ROS 2 calls the middleware that its nodes must have to meet ours."""
-
+"""The RMW_IMPLEMENTATION of ROS 2 nodes that can communicate with ours."""
 
 join: Final = CycloneDDS
 observe: Final = CycloneTap
 
 
 def versions() -> dict[str, str]:
-    """Return what a live record depends on: distribution → version."""
+    """Return the versions that a live record depends on, by distribution."""
     return {"cyclonedds": version("cyclonedds")}

@@ -1,4 +1,4 @@
-"""The readers of an observer: one for each topic, two for each service, of whatever appears on the graph."""
+"""The readers of an observer: one reader for each topic on the graph, two for each service."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -26,11 +26,11 @@ class Channel(NamedTuple):
 
     Attributes:
         reader: the DDS reader.
-        condition: holds while it has samples.
-        writers: what its writers are: publishers, clients (it gets requests) or services (it gets responses).
-        name: of the topic or service.
-        message: what its samples are.
-        qos: what it asks for.
+        condition: holds while the reader has samples.
+        writers: the kind of its writers: publishers, clients (of requests) or services (of responses).
+        name: the name of the topic or service.
+        message: the class of its samples.
+        qos: the profile that it requests.
     """
 
     reader: int
@@ -42,7 +42,7 @@ class Channel(NamedTuple):
 
 
 class Channels:
-    """The readers of an observer's participant, which lose nothing: they keep all until it is taken."""
+    """The readers of an observer's participant, which keep all samples until they are taken."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -53,26 +53,22 @@ class Channels:
         return iter(list(self._channels.values()))
 
     def get(self, number: int) -> Channel | None:
-        """Return the channel of a number, if it is one's."""
+        """Return the channel of a number; None if there is none."""
         return self._channels.get(number)
 
     def watch(self, number: int) -> None:
-        """Get to know, once, when a channel has samples."""
+        """Watch once whether a channel has samples."""
         self._link.waitset.watch(number, self._channels[number].condition)
 
     def listen(self, ros: RosName, qos: QoSProfile) -> None:
-        """Make readers for the topic or service of an endpoint that has a QoS, unless there are some that hear it.
-
-        Raises:
-            InterfaceError: its type has no definition here.
-        """
+        """Make readers for the topic or service of an endpoint, unless existing readers hear it."""
         if ros.kind in {EndpointKind.CLIENT, EndpointKind.SERVICE}:
             self._listen_to_service(ros)
         else:
             self._listen_to_topic(ros, qos)
 
     def hears(self, channel: Channel, qos: QoSProfile) -> bool:
-        """Return whether it is this channel that is to be heard, of those which get what a publisher offers."""
+        """Return whether a channel is the first that receives samples of a publisher with this QoS."""
         compatible = (
             each for each in self._of(channel.name, channel.message) if incompatibility(qos, each.qos) is None
         )
@@ -94,14 +90,14 @@ class Channels:
             (requests, service.Request, EndpointKind.CLIENT, "serviceid"),
             (responses, service.Response, EndpointKind.SERVICE, "clientid"),
         ):
-            # an id that no other endpoint has, so that clients and servers are not misled
+            # a unique id, which matches no client and no server
             self._open(topic, writers, ros.name, message, own_id=f"{own_id}={OBSERVER};")
 
     def _listen_to_topic(self, ros: RosName, qos: QoSProfile) -> None:
         message = get_message(ros.type_name)
         there = self._of(ros.name, message)
         if ros.kind is EndpointKind.SUBSCRIPTION:
-            if there or qos.reliability is ReliabilityPolicy.BEST_EFFORT:  # what will be offered is not known
+            if there or qos.reliability is ReliabilityPolicy.BEST_EFFORT:  # the offered QoS is not known yet
                 return
             qos = replace(qos, durability=DurabilityPolicy.VOLATILE)
         elif any(incompatibility(qos, channel.qos) is None for channel in there):

@@ -1,8 +1,8 @@
-"""What the environment and the caller say about DDS: the domain, who may be heard, the distribution.
+"""Settings of DDS from the environment and the caller: domain, reach, distribution.
 
-The variables are those of ROS 2 (https://docs.ros.org/en/jazzy/Concepts/Intermediate/About-Domain-ID.html and
-Improved-Dynamic-Discovery) and of Cyclone DDS. One thing differs on purpose: nothing leaves this computer unless
-the caller asks for the network.
+The environment variables are from ROS 2 (https://docs.ros.org/en/jazzy/Concepts/Intermediate/About-Domain-ID.html and
+Improved-Dynamic-Discovery) and Cyclone DDS. Unlike there, no data leaves this computer unless the caller asks for the
+network.
 """
 
 import os
@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from uuid import uuid4
 
-from sunset.errors import MiddlewareError
-from sunset.input_files import read_text
+from sunset.common.errors import MiddlewareError
 
 LAST_DOMAIN_ID = 232
 """The largest domain id whose ports exist: participant 0 of domain n listens on port 7410 + 250 n."""
@@ -27,19 +26,18 @@ DISTROS: Mapping[str, int] = {
     "kilted": 16,
     "rolling": 16,
 }
-"""ROS 2 distribution → bytes of a gid in `ros_discovery_info`; those with 16 announce type hashes too."""
+"""ROS 2 distribution → bytes of a gid in `ros_discovery_info`; distributions with 16 announce type hashes too."""
 
 _RANGES = ("SYSTEM_DEFAULT", "SUBNET", "LOCALHOST", "OFF")
 
-# A participant that announces itself to the ports of the indices 0 to 32 by unicast is found by ROS 2 nodes whatever
-# ROS_LOCALHOST_ONLY says. It takes one from 10 to 32 itself, its ports being counted from that of index 10 on: where lo
-# has no multicast, as on Linux, nodes up to Humble take the indices 0 to 9 only. They also look for no others, so that
-# they learn of a participant when it announces itself the next time: before a command of theirs gives up after 0.5 s.
-# Peers are addresses: where a name has none (no /etc/hosts), Cyclone DDS aborts the process.
-# Multicast is for discovery only: an image goes to the processes that want it.
-# Who has sent something that is not confirmed asks after 10 ms, not 100: a process that leaves waits for the answers.
-# Who misses something still asks after 100 ms, though a client's first request, which can reach a server that does not
-# know the client yet, so takes that long now and then: asking sooner makes a flood of samples worse.
+# A participant that announces itself by unicast to the ports of the indices 0 to 32 is found by ROS 2 nodes with any
+# ROS_LOCALHOST_ONLY. Its own index is from 10 to 32, by offsets of its ports: where lo has no multicast, as on Linux,
+# nodes up to Humble take and search the indices 0 to 9 only. They learn of a participant from its next announcement,
+# which must come before a `ros2` command gives up after 0.5 s. Peers are addresses: for a name without an address (no
+# /etc/hosts), Cyclone DDS aborts the process. Multicast is for discovery only: images go to the processes that
+# subscribe. A writer asks for missing confirmations after 10 ms, not 100: a process that leaves waits for them. A
+# reader asks for missing samples after 100 ms, which sometimes delays a client's first request to a server that does
+# not know the client yet: asking sooner makes a flood of samples worse.
 _COMMON = (
     "<CycloneDDS><Domain><Discovery><ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>22</MaxAutoParticipantIndex>"
@@ -65,14 +63,14 @@ _TAG = "<CycloneDDS><Domain><Discovery><Tag>{}</Tag></Discovery></Domain></Cyclo
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
-    """How a process takes part in DDS.
+    """The settings of a participant.
 
     Attributes:
-        domain_id: processes hear those of the same domain only; from 0 to 232.
-        cyclonedds: settings as in CYCLONEDDS_URI; later ones win.
+        domain_id: the domain, from 0 to 232.
+        cyclonedds: settings as in CYCLONEDDS_URI; later settings win.
         gid_size: bytes of a gid in `ros_discovery_info`, at first.
-        adapts: whether `gid_size` becomes 16 when others send that.
-        announces_hashes: whether endpoints tell the hash of their type, which those with 24 bytes pass over.
+        adapts: whether `gid_size` becomes 16 when other participants send 16 bytes.
+        announces_hashes: whether endpoints announce the hash of their type.
     """
 
     domain_id: int
@@ -89,13 +87,10 @@ def read_configuration(
     network: bool = False,
     distro: str | None = None,
 ) -> Configuration:
-    """Put together what the arguments of `CycloneDDS` and the environment say, the former before the latter.
+    """Return the settings from the arguments of `CycloneDDS`, which win, and the environment.
 
-    Where the distribution of the others is not known, announcements begin in the older form: the newer distributions
-    read it as one of no nodes, while the older ones fail to join where they get the newer form.
-
-    Raises:
-        MiddlewareError: a value cannot be used, or two contradict each other.
+    Announcements begin in the older form if the distribution of other nodes is unknown: newer distributions read it
+    as an announcement without nodes, but older distributions fail to join when they receive the newer form.
     """
     environment = os.environ if environment is None else environment
     if distro is not None and distro not in DISTROS:
@@ -110,7 +105,7 @@ def read_configuration(
     interfaces = list(_interfaces(uri))
     if not network:
         _check_loopback(interfaces)
-        if not interfaces:  # naming one twice is an error
+        if not interfaces:  # naming an interface twice is an error
             settings.append(_LOOPBACK)
     if reach == "OFF":
         settings.append(_TAG.format(f"ros_discovery_off_{uuid4().hex}"))
@@ -134,7 +129,7 @@ def _domain_id(environment: Mapping[str, str], given: int | None) -> int:
 
 
 def _reach(environment: Mapping[str, str], *, network: bool) -> str:
-    """Return how far this process is heard: one of `_RANGES`, of which the first two mean the network."""
+    """Return a member of `_RANGES`, of which the first two mean the network."""
     only = environment.get("ROS_LOCALHOST_ONLY", "").strip()
     if only not in {"", "0", "1"}:
         raise MiddlewareError(f"ROS_LOCALHOST_ONLY must be 0 or 1, got {only!r}.")
@@ -157,8 +152,8 @@ def _interfaces(uri: str) -> Iterator[str]:
     text = re.sub(r"<!--.*?-->", "", "".join(_fragments(uri)), flags=re.DOTALL)
     for attributes in re.findall(r"<NetworkInterface\b([^>]*)>", text, re.IGNORECASE):
         pairs = re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", attributes)
-        found = {name.lower(): value for name, value in pairs}
-        yield found.get("address") or found.get("name") or "chosen automatically"
+        interface = {name.lower(): value for name, value in pairs}
+        yield interface.get("address") or interface.get("name") or "chosen automatically"
     for addresses in re.findall(r"<NetworkInterfaceAddress>([^<]*)<", text, re.IGNORECASE):
         yield from (address.strip() for address in addresses.split(","))
 
@@ -168,13 +163,13 @@ def _fragments(uri: str) -> Iterator[str]:
     rest = uri
     while rest:
         if rest.startswith("<"):
-            yield rest  # what follows a text stays in it: it is searched, not parsed
+            yield rest  # with the rest of the list: it is searched, not parsed
             _, comma, rest = rest.partition(">,")
         else:
             name, comma, rest = rest.partition(",")
             path = Path(name.strip().removeprefix("file://"))
             try:
-                yield read_text(path)
+                yield path.read_text(encoding="utf-8")
             except (OSError, UnicodeDecodeError) as error:
                 raise MiddlewareError(
                     f"CYCLONEDDS_URI names the file {path}, which cannot be read: {error}."

@@ -1,10 +1,10 @@
-"""What the nodes of a process on DDS consist of: parts that read, timers, posted calls."""
+"""Parts of nodes on DDS: readers, timers, posted calls."""
 
 from abc import abstractmethod
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from sunset.errors import InterfaceError
+from sunset.common.errors import InterfaceError
 from sunset.interfaces import Message, Service
 from sunset.rmw.core.node import NodeHandle, Timer
 from sunset.rmw.core.qos import QoSProfile
@@ -19,9 +19,9 @@ class ReadingEntity(DdsEndpoint, DdsEntity, Generic[TypeT]):
     """A part with a DDS reader; samples wait in the reader, which drops the oldest beyond its depth.
 
     Attributes:
-        name: of its topic or service.
-        place: what reports of samples that cannot be used call that.
-        handler: its user's.
+        name: the name of its topic or service.
+        place: that name in reports of malformed samples.
+        handler: the handler of its user.
         reader: the DDS reader.
     """
 
@@ -43,10 +43,10 @@ class ReadingEntity(DdsEndpoint, DdsEntity, Generic[TypeT]):
 
     @abstractmethod
     def open(self, ros_type: type[TypeT], qos: QoSProfile) -> None:
-        """Make what it consists of in DDS, and enter the graph by `listen_to`."""
+        """Make its DDS entities, and enter the graph by `listen_to`."""
 
     def listen_to(self, reader: int) -> None:
-        """Get a turn whenever a reader has samples."""
+        """Take a turn whenever a reader has samples."""
         self.reader = reader
         self._condition = dds.data_condition(reader)
         self._number = self.process.number(self)
@@ -58,7 +58,7 @@ class ReadingEntity(DdsEndpoint, DdsEntity, Generic[TypeT]):
         if sample is None:
             self.process.link.waitset.watch(self._number, self._condition)
             return False
-        self.process.queue(self)  # there may be more, but it is others' turn
+        self.process.queue(self)  # other entities take their turn before its next sample
         payload, writer, _ = sample
         try:
             return self.handle(payload, writer)
@@ -68,11 +68,7 @@ class ReadingEntity(DdsEndpoint, DdsEntity, Generic[TypeT]):
 
     @abstractmethod
     def handle(self, payload: bytes, writer: int) -> bool:
-        """Handle a sample, which is CDR with its encapsulation header; return whether a callback ran.
-
-        Raises:
-            InterfaceError: it is malformed.
-        """
+        """Handle the payload of a sample; return whether a callback ran."""
 
     def retire(self) -> None:
         self.process.link.waitset.forget(self._number)
@@ -82,7 +78,7 @@ class ReadingEntity(DdsEndpoint, DdsEntity, Generic[TypeT]):
 
 
 class DdsTimer(DdsEntity, Timer[DdsHost]):
-    """A timer of the system's clock that no jump of that clock disturbs."""
+    """A timer of the monotonic clock."""
 
     def set_alarm(self, due_ns: int | None) -> None:
         if due_ns is None:
@@ -91,14 +87,14 @@ class DdsTimer(DdsEntity, Timer[DdsHost]):
             self.process.alarms[self] = due_ns
 
     def take_turn(self) -> bool:
-        if self.canceled or self in self.process.alarms:  # it was set anew meanwhile
+        if self.canceled or self in self.process.alarms:  # it was reset meanwhile
             return False
         self.process.call(self, self.run)
         return True
 
 
 class DdsPosted(DdsEntity):
-    """One call that a node asked for, on any thread."""
+    """A posted call, from any thread."""
 
     def __init__(self, process: DdsHost, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         super().__init__(process, node, label)

@@ -1,4 +1,4 @@
-"""Who is on the graph: what participants say of their nodes, joined with the endpoints that DDS knows of."""
+"""The graph: the nodes that participants announce, joined with the endpoints that DDS discovers."""
 
 import threading
 from abc import ABC, abstractmethod
@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from struct import Struct
 from struct import error as StructError  # noqa: N812  it is a class
 
-from sunset.errors import InterfaceError
-from sunset.names import qualified_name
-from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.common.errors import InterfaceError
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
 from sunset.rmw.dds._names import OBSERVER, parse_user_data, ros_name
 from sunset.rmw.dds._wheel import Endpoint
 
@@ -23,7 +22,7 @@ _UNKNOWN = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
 
 @dataclass(frozen=True, slots=True)
 class NodeEntities:
-    """A node as its participant announces it: its namespace, its name, the GUIDs of its readers and writers."""
+    """A node as its participant announces it, with the GUIDs of its readers and writers."""
 
     namespace: str
     name: str
@@ -37,7 +36,7 @@ class Participant:
 
     Attributes:
         guid: 16 bytes that identify the participant.
-        nodes: all its nodes; none, if it leaves.
+        nodes: all its nodes; empty if it leaves.
         gid_size: bytes of a gid in the sample: 24 up to Humble, 16 since.
     """
 
@@ -64,11 +63,7 @@ def encode_participant(participant: Participant) -> bytes:
 
 
 def decode_participant(payload: bytes) -> Participant:
-    """Return what a sample on `ros_discovery_info` says, whichever size its gids have.
-
-    Raises:
-        InterfaceError: it is not such a sample.
-    """
+    """Decode the payload of a sample on `ros_discovery_info`, with gids of either size."""
     for gid_size in _GID_SIZES:
         reader = _Reader(payload, gid_size)
         try:
@@ -77,7 +72,7 @@ def decode_participant(payload: bytes) -> Participant:
             continue
         if reader.is_at_end():
             return participant
-    raise InterfaceError(f"A payload of {len(payload)} bytes says nothing of nodes.")
+    raise InterfaceError(f"A payload of {len(payload)} bytes is not an announcement of nodes.")
 
 
 class _Reader:
@@ -129,23 +124,23 @@ class _Reader:
 
 
 class GraphListener(ABC):
-    """What is told who comes and goes."""
+    """Receives news of participants, nodes and endpoints."""
 
     @abstractmethod
     def learn_participants(self, participants: Sequence[tuple[bytes, bool]]) -> None:
-        """Note which participants have come and gone."""
+        """Note which participants have joined (True) or left."""
 
     @abstractmethod
     def learn_nodes(self, participant: Participant) -> bool:
-        """Note what a participant says of its nodes; return whether there is such a participant."""
+        """Note the nodes of a participant; return whether the participant is known."""
 
     @abstractmethod
     def learn_endpoints(self, endpoints: Sequence[Endpoint], *, writers: bool) -> None:
-        """Note which writers, or readers, have come and gone."""
+        """Note new and lost writers, or readers."""
 
 
 class Graph(GraphListener):
-    """What is known of other participants' nodes and of all endpoints; may be used by several threads."""
+    """The nodes of other participants and all endpoints; several threads may use it."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -180,14 +175,14 @@ class Graph(GraphListener):
                 self._infos = None
 
     def nodes(self, own: Iterable[NodeEntities]) -> list[tuple[str, str]]:
-        """Return (name, namespace) of all nodes, those of this process included, sorted by full name."""
+        """Return (name, namespace) of all nodes, including the own, sorted by full name."""
         with self._lock:
             others = [node for nodes in self._participants.values() for node in nodes]
         nodes = [(node.name, node.namespace) for node in (*own, *others)]
         return sorted(nodes, key=lambda node: qualified_name(node[1], node[0]))
 
     def endpoints(self, own: Iterable[NodeEntities], name: str | None) -> list[EndpointInfo]:
-        """Return all endpoints, or those of one topic or service: by what they do, by name, by GUID."""
+        """Return all endpoints, sorted by kind, name and GUID; only of a topic or service if named."""
         with self._lock:
             joined = self._infos = self._infos or self._join(own)
             if name is not None:
@@ -196,7 +191,7 @@ class Graph(GraphListener):
         return sorted(infos, key=lambda info: (_KINDS.index(info.kind), info.name, info.gid))
 
     def forget_join(self) -> None:
-        """Note that nodes of this process have changed."""
+        """Note a change of the own nodes."""
         with self._lock:
             self._infos = None
 
@@ -209,14 +204,11 @@ class Graph(GraphListener):
         }
         infos: dict[str, list[EndpointInfo]] = {}
         for guid, (endpoint, writes) in self._endpoints.items():
-            found = ros_name(endpoint.topic, endpoint.type_name, writes=writes)
-            if found is not None and OBSERVER not in parse_user_data(endpoint.user_data):
+            ros = ros_name(endpoint.topic, endpoint.type_name, writes=writes)
+            if ros is not None and OBSERVER not in parse_user_data(endpoint.user_data):
                 node, namespace = node_of.get(guid, _UNKNOWN)
-                infos.setdefault(found.name, []).append(
-                    EndpointInfo(
-                        found.kind, found.name, found.type_name, node, namespace, endpoint.qos, endpoint.guid
-                    )
-                )
+                info = EndpointInfo(*ros, node, namespace, endpoint.qos, endpoint.guid)
+                infos.setdefault(ros.name, []).append(info)
         for each in infos.values():
             each.sort(key=lambda info: (_KINDS.index(info.kind), info.gid))
         return infos

@@ -1,4 +1,4 @@
-"""A process on DDS, as its nodes' parts need it, and what all those parts are."""
+"""A process on DDS as its parts need it, and the base classes of these parts."""
 
 import time
 from abc import abstractmethod
@@ -9,7 +9,7 @@ from functools import partial
 from itertools import count
 from typing import Final
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.core.live import LiveProcess
 from sunset.rmw.core.node import Entity, NodeHandle
 from sunset.rmw.core.port import CallbackError
@@ -26,11 +26,11 @@ class DdsEntity(Entity["DdsHost"]):
 
     @abstractmethod
     def take_turn(self) -> bool:
-        """Do one piece of what there is to do; return whether a callback ran."""
+        """Do a piece of work; return whether a callback ran."""
 
 
 class DdsEndpoint(Entity["DdsHost"]):
-    """A part that others on the graph see; `readers` and `writers` are the GUIDs of those that it has in DDS."""
+    """A part that is visible on the graph, with the GUIDs of its DDS readers and writers."""
 
     readers: tuple[bytes, ...]
     writers: tuple[bytes, ...]
@@ -50,22 +50,22 @@ class DdsEndpoint(Entity["DdsHost"]):
             self.process.announce()
 
     def reliable_writers(self) -> tuple[int, ...]:
-        """Return the DDS writers whose samples are to arrive before the process leaves."""
+        """Return the DDS writers whose samples must arrive before the process leaves."""
         return ()
 
     def settle(self) -> bool:
-        """Send what waits for its receiver, if that is there by now; return whether nothing waits any more."""
+        """Send samples that wait for their receiver, if it has come; return whether none is left."""
         return True
 
 
 class DdsHost(LiveProcess):
-    """What the parts of its nodes need of a process on DDS.
+    """A process on DDS, as its parts need it.
 
     Attributes:
         link: its participant.
-        problems: what came and could not be used: topic, service or node → how often.
-        alarms: when which part is to have a turn, by the clock that never jumps.
-        endpoints_here: the endpoints of its nodes, as the keys, by age.
+        problems: topic, service or node → number of samples that could not be used.
+        alarms: part → time of its next turn, by the steady clock.
+        endpoints_here: the endpoints of its nodes, by age.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -88,7 +88,7 @@ class DdsHost(LiveProcess):
         self._graph = Graph()
         self.link = Link(configuration, self._on_data, self.report, self._on_failure, self._graph)
 
-    # What the thread that waits for samples calls
+    # Called on the thread that waits for samples
 
     def _on_data(self, number: int) -> None:
         entity = self._readers.get(number)
@@ -99,24 +99,24 @@ class DdsHost(LiveProcess):
         self._failure = error
         self._queue.put(None)
 
-    # What its nodes and their parts need of it
+    # For its nodes and their parts
 
     def check_alive(self) -> None:
         if not self._alive:
             raise MiddlewareError("The process has left the network.")
 
     def queue(self, entity: DdsEntity) -> None:
-        """Let an entity have its turn, after those that are ready already."""
+        """Line up an entity for a turn."""
         self._queue.put(entity)
 
     def number(self, entity: DdsEntity) -> int:
-        """Return a number for the data of an entity."""
+        """Return a new number for the data of an entity."""
         number = next(self._numbers)
         self._readers[number] = entity
         return number
 
     def forget_number(self, number: int) -> None:
-        """Do not expect data of that number any more."""
+        """Drop a number."""
         self._readers.pop(number, None)
 
     def remove(self, node: NodeHandle) -> None:
@@ -125,7 +125,7 @@ class DdsHost(LiveProcess):
             self.announce()
 
     def announce(self) -> None:
-        """Tell others which nodes and endpoints there are."""
+        """Announce the nodes and endpoints of this process."""
         self._graph.forget_join()
         self.link.announce(self._describe_nodes())
 
@@ -141,7 +141,7 @@ class DdsHost(LiveProcess):
 
     @contextmanager
     def undisturbed(self) -> Iterator[None]:
-        """Put off a shutdown that a signal handler asks for while DDS is in the middle of something."""
+        """Delay a shutdown by a signal handler until the context ends."""
         self._undisturbed += 1
         try:
             yield
@@ -151,16 +151,12 @@ class DdsHost(LiveProcess):
                 self._leave()
 
     def new_endpoint_id(self) -> str:
-        """Return a text that both ends of a service's client or server carry, and no others."""
+        """Return a new id for both ends of a client or server."""
         first, *others = self.link.guid[:12] + next(self._ids).to_bytes(4, "big")
         return ".".join([f"{first:2x}", *(f"{byte:x}" for byte in others)])
 
     def call(self, entity: DdsEntity, handler: Callable[..., None], *arguments: object) -> None:
-        """Call a handler.
-
-        Raises:
-            CallbackError: it raised.
-        """
+        """Call a handler, whose exceptions become a `CallbackError`."""
         self._calling = True
         try:
             handler(*arguments)
@@ -172,20 +168,20 @@ class DdsHost(LiveProcess):
             self._calling = False
 
     def report(self, where: str, problem: str, node: NodeHandle | None = None) -> None:
-        """Count what could not be used at a topic or service, and tell a node, the first of the process if None.
+        """Count unusable data of a topic or service, and warn a node, the first of the process if None.
 
-        The problem is the end of a sentence, which is told at most every 10 s for each place.
+        The problem is the end of a sentence. Each place has at most one warning in 10 s.
         """
         self.problems[where] += 1
         node = node or next(iter(tuple(self._nodes)), None)
         warn = None if node is None else node.warn
         now = self.steady_ns()
-        told_ns, told = self._reported.get(where, (now - _REPORT_EVERY_NS, 0))
-        if node is None or warn is None or now - told_ns < _REPORT_EVERY_NS:
+        reported_ns, reported = self._reported.get(where, (now - _REPORT_EVERY_NS, 0))
+        if node is None or warn is None or now - reported_ns < _REPORT_EVERY_NS:
             return
         self._reported[where] = (now, self.problems[where])
-        untold = self.problems[where] - told - 1
-        more = f" There were {untold} more since the last such message." if untold else ""
+        unreported = self.problems[where] - reported - 1
+        more = f" There were {unreported} more since the last such message." if unreported else ""
         with suppress(MiddlewareError):  # another thread may have ended the node meanwhile
             node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
 

@@ -1,7 +1,7 @@
 """The public C functions of Cyclone DDS: entities are its numbers, errors are exceptions.
 
-The library is the one in the `cyclonedds` wheel. `_wheel` calls private functions of that wheel, whose version is
-therefore pinned and checked here, before anything of it is imported.
+The library is part of the wheel `cyclonedds`. `_wheel` calls private functions of the wheel, so its version is pinned,
+and checked here before the wheel is imported.
 """
 
 import ctypes
@@ -9,21 +9,17 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Final
 
-from sunset.errors import MiddlewareError, MissingExtraError
+from sunset.common.errors import MiddlewareError, MissingExtraError
 from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 VERSION: Final = "11.0.1"
 
 
-def check_version(found: str | None) -> None:
-    """Refuse a wheel, by its version or None, whose private functions may be others.
-
-    Raises:
-        MissingExtraError: it is not installed, or of another version.
-    """
-    if found != VERSION:
+def check_version(installed: str | None) -> None:
+    """Raise a `MissingExtraError` if the wheel is not installed (None), or has another version."""
+    if installed != VERSION:
         raise MissingExtraError(
-            f"The live middleware needs cyclonedds {VERSION}, found {found or 'none'}: "
+            f"The live middleware needs cyclonedds {VERSION}, found {installed or 'none'}: "
             "pip install 'sunset-exemplar[live]'."
         )
 
@@ -37,10 +33,10 @@ def _installed() -> str | None:
 
 check_version(_installed())
 
-from cyclonedds.internal import DDS  # noqa: E402  only of the version that was checked
+from cyclonedds.internal import DDS  # noqa: E402  after the check
 
 BUILTIN_TOPICS: Final = (0x7FFF0001, 0x7FFF0003, 0x7FFF0004)
-"""The topics on which DDS itself tells of participants, writers and readers."""
+"""The topics on which DDS announces participants, writers and readers."""
 
 _FOREVER: Final = 2**63 - 1
 _ANY: Final = 127  # samples in every state
@@ -52,7 +48,7 @@ _FATAL, _ERROR, _WARNING = 1, 2, 4
 _Entity, _Pointer, _Size, _Time = ctypes.c_int32, ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int64
 _Kind, _Number, _Handle = ctypes.c_int, ctypes.c_int32, ctypes.c_uint64
 
-_SIGNATURES: Final[dict[str, tuple[object, ...]]] = {  # arguments; the last is what is returned
+_SIGNATURES: Final[dict[str, tuple[object, ...]]] = {  # argument types, and the type of the result
     "dds_set_log_mask": (ctypes.c_uint32, None),
     "dds_create_domain": (ctypes.c_uint32, ctypes.c_char_p, _Entity),
     "dds_create_participant": (ctypes.c_uint32, _Pointer, _Pointer, _Entity),
@@ -94,18 +90,14 @@ _SIGNATURES: Final[dict[str, tuple[object, ...]]] = {  # arguments; the last is 
     "dds_qget_userdata": (_Pointer, _Pointer, _Pointer, ctypes.c_bool),
 }
 
-_C = ctypes.CDLL(DDS._dll_handle._name)  # noqa: SLF001  a handle of our own: argument types belong to it
+_C = ctypes.CDLL(DDS._dll_handle._name)  # noqa: SLF001  a separate handle, for its own argument types
 for _name, _types in _SIGNATURES.items():
     _function = getattr(_C, _name)
     _function.argtypes, _function.restype = list(_types[:-1]), _types[-1]
 
 
 def checked(result: int, action: str) -> int:
-    """Return a result of the library, or raise what it means.
-
-    Raises:
-        MiddlewareError: the result is an error code; `action` says what could not be done.
-    """
+    """Return a result of the library; raise a `MiddlewareError` if it is an error code."""
     if result < 0:
         reason = _C.dds_strretcode(result)
         raise MiddlewareError(f"DDS could not {action}: {reason.decode() if reason else result}.")
@@ -116,18 +108,14 @@ def checked(result: int, action: str) -> int:
 
 
 def create_domain(domain_id: int, configuration: str) -> int:
-    """Set up a domain; a process can do so once for each id, until it is deleted.
-
-    Raises:
-        MiddlewareError: the configuration is wrong, or too many processes of this computer are in the domain.
-    """
+    """Set up a domain, which must not exist in this process."""
     _C.dds_set_log_mask(_FATAL | _ERROR | _WARNING)
     domain: int = _C.dds_create_domain(domain_id, configuration.encode())
     _C.dds_set_log_mask(_FATAL | _ERROR)  # there is a warning for each malformed packet
     if domain < 0:
         raise MiddlewareError(
             f"DDS could not set up domain {domain_id}: either CYCLONEDDS_URI is wrong, or {_MOST_PROCESSES} "
-            "processes of SUNSET are in the domain on this computer already; Cyclone DDS wrote to stderr which."
+            "processes of this library are in the domain on this computer already; stderr has the cause."
         )
     return domain
 
@@ -142,17 +130,17 @@ def create_participant(domain_id: int, user_data: bytes) -> int:
 
 
 def create_publisher(participant: int) -> int:
-    """Make what writers are made from."""
+    """Make a DDS publisher, which makes writers."""
     return checked(_C.dds_create_publisher(participant, None, None), "make a publisher")
 
 
 def create_subscriber(participant: int) -> int:
-    """Make what readers are made from."""
+    """Make a DDS subscriber, which makes readers."""
     return checked(_C.dds_create_subscriber(participant, None, None), "make a subscriber")
 
 
 def create_writer(publisher: int, topic: int, qos: QoSProfile, user_data: bytes = b"") -> int:
-    """Make a writer that announces exactly what a ROS 2 node does."""
+    """Make a writer with the announcements of a ROS 2 node."""
     settings = _announced(qos, user_data)
     _C.dds_qset_writer_data_lifecycle(settings, False)
     writer = _C.dds_create_writer(publisher, topic, settings, None)
@@ -163,7 +151,7 @@ def create_writer(publisher: int, topic: int, qos: QoSProfile, user_data: bytes 
 def create_reader(
     subscriber: int, topic: int, qos: QoSProfile | None, user_data: bytes = b"", *, ignore_own: bool = False
 ) -> int:
-    """Make a reader that announces exactly what a ROS 2 node does; of a built-in topic, without QoS."""
+    """Make a reader with the announcements of a ROS 2 node; for a built-in topic, without QoS."""
     settings = None if qos is None else _announced(qos, user_data)
     if ignore_own:
         _C.dds_qset_ignorelocal(settings, _IGNORE_PARTICIPANT)
@@ -179,7 +167,7 @@ def data_condition(reader: int) -> int:
 
 
 def delete(entity: int) -> None:
-    """Delete an entity and all that belongs to it; one that is gone already is passed over."""
+    """Delete an entity and its children, if it still exists."""
     _C.dds_delete(entity)
 
 
@@ -198,7 +186,7 @@ def instance_handle_of(entity: int) -> int:
 
 
 def sertype_of(topic: int) -> int:
-    """Return the address of what the library knows of a topic's type."""
+    """Return the address of the C structure of a topic's type."""
     address = _Pointer()
     checked(_C.dds_get_entity_sertype(topic, ctypes.byref(address)), "look at a topic's type")
     return address.value or 0
@@ -224,7 +212,7 @@ def _announced(qos: QoSProfile, user_data: bytes) -> object:
 
 
 def read_qos(settings: int) -> tuple[QoSProfile, bytes]:
-    """Return what an endpoint announces, and its user data."""
+    """Return the QoS that an endpoint announces, and its user data."""
     kind, depth, duration, size = _Kind(), _Number(), _Time(_FOREVER), _Size()
     data = _Pointer()
     _C.dds_qget_reliability(settings, ctypes.byref(kind), None)
@@ -248,16 +236,16 @@ def read_qos(settings: int) -> tuple[QoSProfile, bytes]:
     ), user_data
 
 
-# Who is connected
+# Connections
 
 
 def matched_subscriptions(writer: int) -> Sequence[int]:
-    """Return the handles of the readers that get what a writer sends."""
+    """Return the handles of the readers that are connected to a writer."""
     return _handles(_C.dds_get_matched_subscriptions, writer)
 
 
 def matched_publications(reader: int) -> Sequence[int]:
-    """Return the handles of the writers whose samples a reader gets."""
+    """Return the handles of the writers that are connected to a reader."""
     return _handles(_C.dds_get_matched_publications, reader)
 
 
@@ -270,46 +258,40 @@ def _handles(function: Callable[..., int], entity: int) -> Sequence[int]:
 
 
 def wait_for_acks(writer: int, timeout_ns: int) -> None:
-    """Wait until all connected readers have confirmed what a reliable writer sent, or time is over."""
+    """Wait until all connected readers have confirmed the samples of a reliable writer, or time is over."""
     _C.dds_wait_for_acks(writer, timeout_ns)
 
 
 class WaitSet:
-    """Waits until a condition holds; each is named by a number of at least 1.
-
-    What holds is told once: a condition is looked at again only when `watch` is called for it again.
-    """
+    """Waits until a condition holds; each condition has a number of at least 1, and is watched once."""
 
     def __init__(self, participant: int) -> None:
         self._set = checked(_C.dds_create_waitset(participant), "make a waitset")
         self._guard = checked(_C.dds_create_guardcondition(participant), "make a condition")
-        self._found = (ctypes.c_ssize_t * 64)()
+        self._numbers = (ctypes.c_ssize_t * 64)()
         self._conditions: dict[int, int] = {}
         checked(_C.dds_waitset_attach(self._set, self._guard, 0), "watch a condition")
 
     def watch(self, number: int, condition: int) -> None:
-        """Look at a condition until it holds."""
+        """Watch a condition until it holds."""
         self._conditions[number] = condition
         checked(_C.dds_waitset_attach(self._set, condition, number), "watch a condition")
 
     def forget(self, number: int) -> None:
-        """Stop looking at a condition, which may happen before or while it is told of."""
+        """Stop watching a condition, if it is watched."""
         condition = self._conditions.pop(number, None)
         if condition is not None:
             _C.dds_waitset_detach(self._set, condition)
 
     def wait(self) -> list[int]:
-        """Return the numbers of conditions that hold, or nothing when `close` was called.
-
-        Raises:
-            MiddlewareError: DDS cannot wait.
-        """
+        """Return the numbers of conditions that hold; none after `close`."""
         numbers: list[int] = []
         while not numbers:
             count = checked(
-                _C.dds_waitset_wait(self._set, self._found, len(self._found), _FOREVER), "wait for samples"
+                _C.dds_waitset_wait(self._set, self._numbers, len(self._numbers), _FOREVER),
+                "wait for samples",
             )
-            numbers = self._found[: min(count, len(self._found))]
+            numbers = self._numbers[: min(count, len(self._numbers))]
         if 0 in numbers:
             return []
         for number in numbers:
@@ -317,5 +299,5 @@ class WaitSet:
         return numbers
 
     def close(self) -> None:
-        """Make `wait` return nothing, now and ever after."""
+        """Make `wait` return no numbers from now on."""
         _C.dds_set_guardcondition(self._guard, True)

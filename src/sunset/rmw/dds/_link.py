@@ -1,4 +1,4 @@
-"""One participant of a DDS domain: how a process enters it, hears from it, announces its nodes and leaves."""
+"""A participant of a DDS domain: it enters, discovers the graph, announces its nodes and leaves."""
 
 import threading
 import time
@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Final
 
-from sunset.errors import InterfaceError, MiddlewareError
+from sunset.common.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
 from sunset.interfaces.rmw_dds_common.msg import ParticipantEntitiesInfo
 from sunset.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
@@ -24,7 +24,7 @@ from sunset.rmw.dds._graph import (
 from sunset.rmw.dds._names import dds_type_name
 
 FIRST_NUMBER: Final = 16
-"""Numbers of conditions below this are the link's own."""
+"""Lower numbers are conditions of the link itself."""
 
 _NODES, _PARTICIPANTS, _WRITERS, _READERS = range(1, 5)
 _ENDPOINTS: Final = "endpoints"
@@ -34,7 +34,7 @@ _DISCOVERY_READER_QOS: Final = QoSProfile(
     history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
 _PARTING_NS: Final = 300_000_000
-"""How long a process that leaves waits for others to confirm what it sent."""
+"""How long a process that leaves waits for confirmations."""
 
 
 @dataclass(slots=True)
@@ -45,17 +45,13 @@ class _Domain:
 
 
 _DOMAINS: Final[dict[int, _Domain]] = {}
-"""The domains of this process by their ids: several links may be in the same one, if they agree how."""
+"""The domains of this process by id; links with the same settings share a domain."""
 
 _CHANGING_DOMAINS: Final = threading.Lock()
 
 
 def _enter_domain(configuration: Configuration) -> None:
-    """Set a domain up unless it is.
-
-    Raises:
-        MiddlewareError: this process has set it up otherwise, or it cannot be set up.
-    """
+    """Set up a domain unless it exists; raise a `MiddlewareError` if it has other settings."""
     number = configuration.domain_id
     with _CHANGING_DOMAINS:
         domain = _DOMAINS.get(number)
@@ -68,7 +64,7 @@ def _enter_domain(configuration: Configuration) -> None:
 
 
 def _leave_domain(number: int) -> None:
-    """Take a domain down if no link uses it."""
+    """Delete a domain after its last link."""
     with _CHANGING_DOMAINS:
         domain = _DOMAINS[number]
         domain.users -= 1
@@ -81,19 +77,19 @@ class Link:
     """A participant, and the thread that waits for its samples.
 
     Args:
-        configuration: how to enter the domain.
-        on_data: called on that thread with the number of a reader that has samples, or one below `FIRST_NUMBER` if
-            there was news of the graph.
-        on_problem: called, on any thread, with where something came that cannot be used, and what.
-        on_failure: called on that thread when it ends by an error.
-        listener: told of others.
+        configuration: the settings.
+        on_data: called on the thread with the number of a reader that has samples, or a number below `FIRST_NUMBER`
+            after news of the graph.
+        on_problem: called, on any thread, with the place and the description of unusable data.
+        on_failure: called on the thread with the error that ends it.
+        listener: receives news of the graph.
 
     Attributes:
         guid: 16 bytes that identify the participant.
         participant, publisher, subscriber: the entities.
-        waitset: what that thread waits for; it calls `on_data` with the number of a condition that holds.
+        waitset: the conditions of the readers.
         gid_size: bytes of a gid in its announcements.
-        announces_hashes: whether its endpoints say which version of their type they have, as in ROS 2 since Iron.
+        announces_hashes: whether its endpoints announce the hash of their type, as in ROS 2 since Iron.
         has_left: whether it has left the domain.
 
     Raises:
@@ -148,7 +144,7 @@ class Link:
             self.waitset.watch(number, self._conditions[number])
 
     def create_writer(self, topic: str, kind: type[Message], qos: QoSProfile, user_data: str = "") -> int:
-        """Make a writer on a topic of DDS; `user_data` is what it says of itself besides its type."""
+        """Make a writer of a DDS topic; `user_data` is announced with the hash of the type."""
         with self._topic(topic, kind) as dds_topic:
             return dds.create_writer(self.publisher, dds_topic, qos, self._user_data(user_data, kind))
 
@@ -161,7 +157,7 @@ class Link:
         *,
         ignore_own: bool = False,
     ) -> int:
-        """Make a reader on a topic of DDS, likewise; it may pass over what this participant sends."""
+        """Make a reader of a DDS topic, likewise; `ignore_own` skips samples of this participant."""
         data = self._user_data(user_data, kind)
         with self._topic(topic, kind) as dds_topic:
             return dds.create_reader(self.subscriber, dds_topic, qos, data, ignore_own=ignore_own)
@@ -180,19 +176,19 @@ class Link:
                         self.look()
                         self.waitset.watch(number, self._conditions[number])
                     self._on_data(number)
-        except Exception as error:  # noqa: BLE001  it would go unseen on this thread
+        except Exception as error:  # noqa: BLE001  reported to the user's thread
             self._on_failure(error)
 
     # The graph
 
     def look(self) -> None:
-        """Take in what is new on the graph."""
+        """Read news of the graph."""
         with self._looking:
             samples = []
             while (sample := wheel.take(self._readers[_NODES])) is not None:
                 samples.append(sample[0])
             participants = wheel.take_participants(self._readers[_PARTICIPANTS])
-            # those that are gone by now were there when they announced what was taken before
+            # participants that have left by now were there when they sent the samples above
             self._listener.learn_participants([(guid, True) for guid, _ in participants])
             for payload in samples:
                 self._learn_nodes(payload)
@@ -210,7 +206,7 @@ class Link:
             self._on_problem(_DISCOVERY_TOPIC, f"dropped a malformed announcement: {error}")
             return
         is_there = self._listener.learn_nodes(participant)
-        # one that leaves says that it has no nodes, and may be gone before that comes
+        # the last announcement, without nodes, may come after the participant has left
         if not is_there and participant.nodes:
             self._on_problem(_DISCOVERY_TOPIC, "dropped an announcement of a participant that is not there.")
         elif is_there and self._adapts and participant.gid_size < self.gid_size:
@@ -219,7 +215,7 @@ class Link:
                 self.announce(self._nodes)
 
     def announce(self, nodes: Iterable[NodeEntities]) -> None:
-        """Tell others which nodes this process has, and with which endpoints."""
+        """Announce the nodes of this process with their endpoints."""
         with self._announcing:
             self._nodes = tuple(nodes)
             payload = encode_participant(Participant(self.guid, self._nodes, self.gid_size))
@@ -228,9 +224,9 @@ class Link:
     # The end
 
     def leave(self, writers: Sequence[int]) -> None:
-        """Wait for what these writers have sent, tell others that there are no nodes any more, and leave the domain."""
+        """Wait for confirmations of these writers' samples, announce the end of all nodes, and leave the domain."""
         self.waitset.close()
-        # a signal handler may have come while this thread held what that one needs
+        # not for ever: a signal handler may have interrupted this thread while it held a lock of that thread
         self._thread.join(timeout=1.0)
         end_ns = time.monotonic_ns() + _PARTING_NS
         for writer in writers:

@@ -1,4 +1,4 @@
-"""Names on the wire: how ROS 2 calls a topic, a service and a type in DDS."""
+"""Names of topics, services and types of ROS 2 in DDS."""
 
 import re
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from sunset.rmw.core.port import EndpointKind
 
 OBSERVER: Final = "observer"
-"""A key in the user data of readers that only look on: they are not part of the graph."""
+"""A key in the user data of an observer's readers, which are not part of the graph."""
 
 _TYPE_NAME: Final = re.compile(r"(\w+)::(msg|srv)::dds_::(\w+?)(_Request|_Response)?_")
 
@@ -41,7 +41,7 @@ def topic_names_of_service(name: str) -> tuple[str, str]:
 
 
 class RosName(NamedTuple):
-    """What a DDS endpoint is in ROS: what it does, on which topic or service, with which type."""
+    """A DDS endpoint in terms of ROS: its kind, the topic or service, and the type."""
 
     kind: EndpointKind
     name: str
@@ -49,9 +49,9 @@ class RosName(NamedTuple):
 
 
 def ros_name(topic: str, mangled: str, *, writes: bool) -> RosName | None:
-    """Return what a writer or reader is in ROS, by its DDS topic and the DDS name of its type.
+    """Return a writer or reader in terms of ROS, from its DDS topic and the DDS name of its type.
 
-    None if it is nothing, or a service's second endpoint.
+    None for the second endpoint of a client or server, and for endpoints without a counterpart in ROS.
 
     >>> ros_name("rq/uav/setRequest", "std_srvs::srv::dds_::SetBool_Request_", writes=False)
     RosName(kind=<EndpointKind.SERVICE: 'service'>, name='/uav/set', type_name='std_srvs/srv/SetBool')
@@ -68,7 +68,7 @@ def ros_name(topic: str, mangled: str, *, writes: bool) -> RosName | None:
 
 
 def parse_user_data(data: bytes) -> Mapping[str, str]:
-    """Return what an endpoint's owner says of it; what is malformed is passed over.
+    """Return the pairs in an endpoint's user data; malformed parts are skipped.
 
     >>> parse_user_data(b"serviceid= 1.10;typehash=RIHS01_0;")
     {'serviceid': ' 1.10', 'typehash': 'RIHS01_0'}

@@ -1,9 +1,9 @@
-"""The live middleware: one operating system process on DDS, which ROS 2 nodes take for one of theirs.
+"""Operating system processes on DDS, compatible with ROS 2 nodes on `rmw_cyclonedds`.
 
-It speaks as `rmw_cyclonedds` does: the same names, types, quality of service and announcements. Samples wait in DDS,
-in the reader they came to, which drops the oldest beyond its depth; a slow callback costs no memory. A thread that
-does nothing else waits for readers to have samples and lines them up; `spin_once` handles one sample of the first in
-line on the thread that calls it. Nothing is sent beyond this computer unless the network is asked for.
+Names, types, quality of service and announcements are the same. Samples wait in their DDS reader, which drops the
+oldest beyond its depth, so a slow callback costs no memory. A thread waits for samples and lines up their readers;
+`spin_once` handles a sample of the first reader in line. No data leaves this computer unless the caller asks for the
+network.
 """
 
 import atexit
@@ -13,7 +13,7 @@ from functools import partial
 from queue import Empty
 from typing import Final
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message, type_hash, type_name
 from sunset.rmw.core.node import NodeHandle, Parts
 from sunset.rmw.core.port import EndpointInfo
@@ -27,15 +27,12 @@ from sunset.rmw.dds._topics import DdsPublisher, DdsSubscription
 
 _STEP_S: Final = 0.005
 _PARTING_NS: Final = 1_500_000_000
-"""How long a process that leaves waits for clients that it has not answered yet to listen."""
+"""How long a process that leaves waits until clients can receive their responses."""
 _LONG_NS: Final = 3600 * 10**9
 
 
 def prepare() -> None:
-    """Make what every process needs for the messages that are imported, so that forks of this one have it already.
-
-    It joins no network, and starts no thread.
-    """
+    """Do the work for all imported messages that forks of this process share; join no network, start no thread."""
     for kind in Message.__subclasses__():
         wheel.prepare(dds_type_name(type_name(kind)))
         type_hash(kind)
@@ -45,16 +42,17 @@ class CycloneDDS(DdsHost):
     """A process on DDS, to be given to `Context.init(middleware=…)`.
 
     Args:
-        domain_id: processes hear those of the same domain only, 0 to 232; ROS_DOMAIN_ID, else 0, if None.
-        network: whether to be heard beyond this computer.
-        distro: the ROS 2 distribution of other nodes, such as "jazzy" or "humble", on which the form of announcements
-            depends; None to take ROS_DISTRO as a guess, and the newer form when others send that.
-        environment: where ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_DISTRO and
-            CYCLONEDDS_URI are looked up; `os.environ` if None.
+        domain_id: the domain, 0 to 232; ROS_DOMAIN_ID, else 0, if None.
+        network: whether to communicate beyond this computer.
+        distro: the ROS 2 distribution of other nodes, such as "jazzy" or "humble", which decides the form of
+            announcements; None to begin with the form of ROS_DISTRO, and adapt to other nodes.
+        environment: has ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_DISTRO and
+        CYCLONEDDS_URI;
+            `os.environ` if None.
 
     Attributes:
         domain_id: the domain.
-        problems: what came and could not be used: topic, service or node → how often.
+        problems: topic, service or node → number of samples that could not be used.
 
     Raises:
         MiddlewareError: a setting cannot be used, or the domain cannot be entered.
@@ -86,7 +84,6 @@ class CycloneDDS(DdsHost):
 
     @property
     def describes_types(self) -> bool:
-        """Whether its nodes tell others what their types are made of: not where other nodes are of Humble."""
         return self.link.announces_hashes
 
     def create_node(self, name: str, namespace: str) -> NodeHandle:
@@ -96,16 +93,10 @@ class CycloneDDS(DdsHost):
         return node
 
     def post(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
-        """Call a handler of a node once, after those that are ready already; any thread may ask for it."""
+        """Call a handler of a node once, after all ready callbacks; any thread may call this."""
         self.queue(DdsPosted(self, node, handler, label))
 
     def spin_once(self, timeout_ns: int | None) -> bool:
-        """Wait for a callback of an attached node and run it; a process that has ended runs none.
-
-        Raises:
-            CallbackError: it raised.
-            MiddlewareError: called from inside a callback, or the connection to DDS broke.
-        """
         if self._calling:
             raise MiddlewareError(
                 "Spinning inside a callback would wait for itself; use a Future's done callback."
@@ -137,7 +128,7 @@ class CycloneDDS(DdsHost):
         return False
 
     def _next(self, end_ns: int | None) -> DdsEntity | None:
-        """Return the entity that is first in line; wait until there is one, an alarm goes off, or time is over."""
+        """Return the first entity in line, after a wait; raise `Empty` at the next alarm or the end."""
         alarm_ns = self._line_up_timers()
         if self._queue:
             return self._queue.get()
@@ -146,7 +137,7 @@ class CycloneDDS(DdsHost):
         return self._queue.get(wait_ns / 1e9)
 
     def _line_up_timers(self) -> int | None:
-        """Line up the timers whose alarm has gone off, the earliest first; return when the next one does."""
+        """Line up timers with due alarms, the earliest first; return the time of the next alarm."""
         if not self.alarms:
             return None
         now = self.steady_ns()
@@ -182,10 +173,7 @@ class CycloneDDS(DdsHost):
         return self._alive and not self._ending
 
     def shutdown(self) -> None:
-        """Leave the network: at once, or when `spin_once` returns if it runs, after the callback and what it sends.
-
-        It may be called from signal handlers and other threads.
-        """
+        """Leave the network, at once or when a running `spin_once` returns; on any thread."""
         if self._spinning or self._undisturbed:
             self._ending = True
             self.wake()
@@ -204,14 +192,14 @@ class CycloneDDS(DdsHost):
                 entity.alive = False
             node.alive = False
             node.entities = {}
-        # not cleared: what a signal handler interrupted may be looking at them
+        # replaced, not cleared: the code that a signal handler has interrupted may iterate over them
         self._nodes, self.alarms, self._readers, self.endpoints_here = {}, {}, {}, {}
         self.link.leave(writers)
         atexit.unregister(self._leave)
         self.wake()
 
     def _settle(self, endpoints: Sequence[DdsEndpoint]) -> None:
-        """Wait until clients listen that are still to be answered, though not for long."""
+        """Wait shortly until clients can receive their responses."""
         end_ns = self.steady_ns() + _PARTING_NS
         pause = threading.Event()
         while (endpoints := [end for end in endpoints if not end.settle()]) and self.steady_ns() < end_ns:

@@ -1,4 +1,4 @@
-"""The line in which things wait for the thread that handles them."""
+"""A queue for signal handlers and threads."""
 
 import threading
 import time
@@ -11,30 +11,25 @@ T = TypeVar("T")
 
 
 class WaitingLine(Generic[T]):
-    """A queue without bounds that any thread and any signal handler fills, and one thread empties.
+    """An unbounded queue that threads and signal handlers fill, and a single thread empties.
 
-    `queue.SimpleQueue` would be it, but the one of CPython 3.11 waits forever, whatever its timeout, when its thread
-    does not get a processor for longer than the timeout just before it begins to wait: it takes a negative time
-    that is left for none given.
+    `queue.SimpleQueue` of CPython 3.11 does not serve: it waits for ever, in spite of a timeout, if the timeout
+    passes just before it begins to wait, since it takes a negative rest for no timeout.
     """
 
     def __init__(self) -> None:
         self._items: deque[T] = deque()
-        self._news = threading.Lock()  # locked unless something came since `get` looked last
+        self._news = threading.Lock()  # locked unless an item has come since the last `get`
 
     def put(self, item: T) -> None:
-        """Add something at the end."""
+        """Add an item at the end."""
         self._items.append(item)
         if self._news.locked():
             with suppress(RuntimeError):  # another thread unlocks it first
                 self._news.release()
 
     def get(self, timeout_s: float | None = None) -> T:
-        """Take what came first, having waited until there is something: for at most so many seconds, None for ever.
-
-        Raises:
-            queue.Empty: nothing came.
-        """
+        """Take the first item after a wait of at most so many seconds, None for ever; raise `Empty` without one."""
         end_s = None if timeout_s is None else time.monotonic() + timeout_s
         while not self._items:
             if end_s is None:
@@ -44,5 +39,5 @@ class WaitingLine(Generic[T]):
         return self._items.popleft()
 
     def __bool__(self) -> bool:
-        """Whether there is something."""
+        """Return whether there are items."""
         return bool(self._items)

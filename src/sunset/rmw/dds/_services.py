@@ -1,8 +1,8 @@
-"""Clients and servers of services on DDS, as `rmw_cyclonedds` has them.
+"""Clients and servers of services on DDS, compatible with `rmw_cyclonedds`.
 
-A request and its response are samples on two topics, each beginning with the client's id and its running number. All
-clients of a service get all responses and drop those of others. Endpoints are volatile, so a server waits with its
-response until the client's reader is connected to it.
+Requests and responses are samples on two topics, and begin with the client's id and running number. All clients of a
+service receive all responses, and drop responses to other clients. Endpoints are volatile, so a server delays a
+response until the client's reader is connected.
 """
 
 import threading
@@ -10,7 +10,7 @@ from itertools import count
 from struct import Struct
 from typing import ClassVar, Final, NamedTuple
 
-from sunset.errors import InterfaceError, MiddlewareError
+from sunset.common.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import Message, Service, deserialize, serialize
 from sunset.rmw.core.port import CallbackError, ClientHandle, RequestId, ServiceHandle
 from sunset.rmw.core.qos import QoSProfile
@@ -23,29 +23,25 @@ _HEADER: Final = Struct("<Qq")
 _ENCAPSULATION_SIZE: Final = 4
 _FIELDS: Final = _ENCAPSULATION_SIZE + _HEADER.size
 _PATIENCE_NS: Final = 100_000_000
-"""How long a server does nothing else than wait for a client's reader, as `rmw_cyclonedds` does before it gives up."""
+"""How long a server blocks for a client's reader, as `rmw_cyclonedds` does."""
 _STEP_S: Final = 0.001
 _LATE_NS: Final = 10_000_000_000
-"""How long it looks now and then whether the reader is there after all, as it may be on a machine that is busy."""
+"""How long a response waits for a reader after that, since a busy machine connects late."""
 _LATE_STEP_NS: Final = 20_000_000
 _LATE: Final = 20
-"""Responses of a server that may wait so."""
+"""The most responses of a server that wait."""
 _REMEMBERED: Final = 1000
-"""Requests that may wait for their response, and clients of which a server remembers whether they listen."""
+"""The most requests without a response, and clients with a known connection, of a server."""
 
 
 def _sample(client: int, number: int, message: Message) -> bytes:
-    """Return the payload of a request or response with its header."""
+    """Return the payload of a request or response with the header."""
     payload = serialize(message)
     return payload[:_ENCAPSULATION_SIZE] + _HEADER.pack(client, number) + payload[_ENCAPSULATION_SIZE:]
 
 
 def split_sample(payload: bytes) -> tuple[RequestId, bytes]:
-    """Return the header of a request or response, and the payload of the message behind it.
-
-    Raises:
-        InterfaceError: there is no header.
-    """
+    """Return the header of a request or response, and the payload of its message."""
     if len(payload) < _FIELDS:
         raise InterfaceError(f"A payload of {len(payload)} bytes has no header of a request or response.")
     header = RequestId(*_HEADER.unpack_from(payload, _ENCAPSULATION_SIZE))
@@ -53,11 +49,11 @@ def split_sample(payload: bytes) -> tuple[RequestId, bytes]:
 
 
 class _ServiceEnd(ReadingEntity[Service]):
-    """What both ends of a service have: a writer, a reader, and an id that says that they belong together.
+    """A client or server: a writer and a reader with a common id.
 
     Attributes:
-        id_name: how the id of this end is called.
-        answers: whether this end reads requests and writes responses, or the other way round.
+        id_name: the key of the id in their user data.
+        answers: whether it is a server, which reads requests and writes responses.
     """
 
     id_name: ClassVar[str]
@@ -86,7 +82,7 @@ class _ServiceEnd(ReadingEntity[Service]):
 
 
 class DdsClient(_ServiceEnd, ClientHandle):
-    """Asks, and gets responses."""
+    """Sends requests, and receives responses."""
 
     id_name = "clientid"
     answers = False
@@ -111,7 +107,7 @@ class DdsClient(_ServiceEnd, ClientHandle):
         return True
 
     def server_ready(self) -> bool:
-        """Whether a server gets requests of this client and is heard by it."""
+        """Return whether the reader and the writer of a server are connected to this client."""
         if not self.alive:
             return False
         with self.process.undisturbed():
@@ -134,7 +130,7 @@ def _id_of(end: wheel.Endpoint, name: str) -> str:
 
 
 class _LateResponse(NamedTuple):
-    """A response to a client whose reader is not connected yet."""
+    """A response to a client without a connected reader."""
 
     writer: int
     sample: bytes
@@ -142,7 +138,7 @@ class _LateResponse(NamedTuple):
 
 
 class DdsService(_ServiceEnd, ServiceHandle):
-    """Gets requests, and answers."""
+    """Receives requests, and sends responses."""
 
     id_name = "serviceid"
     answers = True
@@ -166,7 +162,7 @@ class DdsService(_ServiceEnd, ServiceHandle):
         try:
             self.process.call(self, self.handler, request_id, message)
         except CallbackError:
-            self._asked.pop(request_id, None)  # it will not be answered
+            self._asked.pop(request_id, None)  # without a response
             raise
         return True
 
@@ -186,7 +182,7 @@ class DdsService(_ServiceEnd, ServiceHandle):
                 )
 
     def _is_heard_by(self, writer: int) -> bool:
-        """Return whether a client's reader of responses is connected, having waited for that the first time."""
+        """Return whether a client's reader is connected; wait for its first connection."""
         if self._heard.get(writer):
             return True
         heard = self._hears(writer)
@@ -202,7 +198,7 @@ class DdsService(_ServiceEnd, ServiceHandle):
         return heard is True
 
     def _hears(self, writer: int) -> bool | None:
-        """Return whether a client's reader is connected; None if the client is gone."""
+        """Return whether a client's reader is connected; None if the client has left."""
         request_writer = wheel.matched_publication(self.reader, writer)
         if request_writer is None:
             return None
@@ -219,7 +215,7 @@ class DdsService(_ServiceEnd, ServiceHandle):
         return not self._late
 
     def _send_late(self) -> None:
-        """Send the responses whose client listens by now; give up those of clients that are gone, or never will."""
+        """Send late responses to connected clients; drop responses to clients that have left, or wait too long."""
         waiting, self._late = self._late, []
         for late in waiting:
             heard = self._hears(late.writer)

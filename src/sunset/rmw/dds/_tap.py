@@ -1,4 +1,4 @@
-"""An observer of a live network: it reads every topic and service, and takes part in nothing."""
+"""An observer of a live network, which reads all topics and services."""
 
 import threading
 import time
@@ -9,11 +9,10 @@ from itertools import count
 from queue import Empty
 from typing import Final, NamedTuple
 
-from sunset.errors import InterfaceError, MiddlewareError
+from sunset.common.errors import InterfaceError, MiddlewareError
 from sunset.interfaces import deserialize
-from sunset.names import qualified_name
 from sunset.rmw.core.live import LiveObserver
-from sunset.rmw.core.port import EndpointKind, RequestId
+from sunset.rmw.core.port import EndpointKind, RequestId, qualified_name
 from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.dds import _wheel as wheel
@@ -26,22 +25,22 @@ from sunset.rmw.dds._queue import WaitingLine
 from sunset.rmw.dds._services import split_sample
 
 _HOLD_NS: Final = 100_000_000
-"""How long a sample waits for those that were sent before it and come after it."""
+"""How long a sample waits for samples that were sent earlier and come later."""
 
 _PATIENCE_NS: Final = 3_000_000_000
-"""How long it waits for the announcement of the node that sent it, and a response for its request."""
+"""How long a sample waits for the announcement of its node, and a response for its request."""
 
 _REMEMBERED: Final = 1000
-"""Requests that are known to have been told."""
+"""The most requests that are remembered for their responses."""
 
 _LATEST_NS: Final = 1_000_000_000
-"""How long a sample may have been on its way; one that claims to be older, or of the future, is not believed."""
+"""The longest delivery; an earlier or future time of sending is replaced."""
 
 _STEP_S: Final = 0.02
 
 
 class _Event(NamedTuple):
-    """A sample on its way to the tap; the earliest sent is the least."""
+    """A sample on its way to the tap; events compare by the time of sending."""
 
     sent_ns: int
     age: int
@@ -52,21 +51,21 @@ class _Event(NamedTuple):
 
 
 class _Writer(NamedTuple):
-    """A writer that is or was there."""
+    """A writer that exists or has existed."""
 
     guid: bytes
     qos: QoSProfile
 
 
 class _Server(NamedTuple):
-    """The reader of requests of a server that is or was there."""
+    """The request reader of a server that exists or has existed."""
 
     service: str
     gone_ns: int | None = None
 
 
 class _News(GraphListener):
-    """Lines up for the tap who comes and goes."""
+    """Queues news of the graph."""
 
     def __init__(self, queue: WaitingLine[object]) -> None:
         self._queue = queue
@@ -91,18 +90,17 @@ class _News(GraphListener):
 
 
 class CycloneTap(LiveObserver):
-    """Lets a tap see what happens on a live network, without being part of it: it has no node, and sends nothing.
+    """Passes the events of a live network to a tap; it has no node, and sends no samples.
 
-    It enters the network as a `CycloneDDS` with the same arguments would. The tap's methods are called on a thread of
-    its own, in the order in which samples were sent, about 0.1 s later, with times of the system clock at which they
-    were sent; what a sender says of that counts within the second before the sample came. A response waits for its
-    request, which may have to be sent again, for 3 s. Who sent what is known from the announcements of the nodes;
-    a sample whose node is not announced within 3 s is told with an empty name. Samples that were sent before the
-    tap's readers were connected, which takes some hundredths of a second after an endpoint appears, are not seen unless
-    they are kept for late comers. A request is told once for each node that offers the service.
+    It takes the arguments of `CycloneDDS`. The tap's methods are called on a separate thread, in the order of sending,
+    about 0.1 s later, with times of sending by the system clock; a sender's time counts within the second before the
+    sample came. A response waits up to 3 s for its request, which may have to be sent again. A sample waits up to 3 s
+    for the announcement of its node, whose name is empty without it. Connecting takes some hundredths of a second
+    after an endpoint appears; earlier samples are lost unless they are kept for late readers. `on_request` is called
+    once for each node that offers the service.
 
     Attributes:
-        problems: what came and could not be used: topic or service → how often.
+        problems: topic or service → number of samples that could not be used.
 
     Raises:
         MiddlewareError: a setting cannot be used, or the domain cannot be entered.
@@ -123,7 +121,7 @@ class CycloneTap(LiveObserver):
         self._failure: Exception | None = None
         self._writers: dict[int, _Writer] = {}
         self._servers: dict[bytes, _Server] = {}
-        self._untold: dict[bytes, RosName] = {}
+        self._unannounced: dict[bytes, RosName] = {}
         self._node_of: dict[bytes, str] = {}
         self._nodes: set[tuple[bytes, str]] = set()
         self._events: list[_Event] = []
@@ -167,23 +165,23 @@ class CycloneTap(LiveObserver):
         del problem
         self.problems[where] += 1
 
-    # What its thread does
+    # Its thread
 
     def _run(self) -> None:
         try:
             while self._handle_next():
-                self._tell(time.time_ns())
+                self._pass_due_on(time.time_ns())
             self._link.look()
             for channel in self._channels:
                 self._take(channel)
             while self._queue:
                 self._handle_next()
-            self._tell(None)
-        except Exception as error:  # noqa: BLE001  who closes the tap gets it
+            self._pass_due_on(None)
+        except Exception as error:  # noqa: BLE001  `close` raises it
             self._failure = error
 
     def _handle_next(self) -> bool:
-        """Handle what is next in line, if something comes within a moment; return whether to go on."""
+        """Handle the next item, if there is any within a moment; return whether to go on."""
         try:
             item = self._queue.get(_STEP_S if self._events else None)
         except Empty:
@@ -192,7 +190,7 @@ class CycloneTap(LiveObserver):
             raise item
         if isinstance(item, int):
             channel = self._channels.get(item)
-            if channel is not None:  # else news of the graph, which are in the line themselves
+            if channel is not None:  # else news of the graph, which is queued separately
                 self._take(channel)
                 self._channels.watch(item)
         elif isinstance(item, Participant):
@@ -205,12 +203,11 @@ class CycloneTap(LiveObserver):
         while (sample := wheel.take(channel.reader)) is not None:
             payload, writer, sent_ns = sample
             now_ns = time.time_ns()
-            # it is the sender who says when
             sent_ns = min(max(sent_ns, now_ns - _LATEST_NS), now_ns)
             event = _Event(sent_ns, next(self._ages), now_ns, channel, writer, payload)
             heappush(self._events, event)
 
-    # Who comes and goes
+    # The graph
 
     def _learn_nodes(self, participant: Participant) -> None:
         for node in participant.nodes:
@@ -219,11 +216,11 @@ class CycloneTap(LiveObserver):
             if (participant.guid, name) not in self._nodes:
                 self._nodes.add((participant.guid, name))
                 self._tap.on_node("", name)
-        for guid in [guid for guid in self._untold if guid in self._node_of]:
-            self._tell_of_reader(guid)
+        for guid in [guid for guid in self._unannounced if guid in self._node_of]:
+            self._pass_reader_on(guid)
 
-    def _tell_of_reader(self, guid: bytes) -> None:
-        ros = self._untold.pop(guid)
+    def _pass_reader_on(self, guid: bytes) -> None:
+        ros = self._unannounced.pop(guid)
         self._tap.on_endpoint(self._node_of[guid], ros.kind, ros.name)
 
     def _learn_endpoint(self, endpoint: wheel.Endpoint, writes: bool) -> None:
@@ -236,33 +233,33 @@ class CycloneTap(LiveObserver):
         if ros is not None:
             self._listen(ros, endpoint.qos)
             if not writes:
-                self._untold[guid] = ros
+                self._unannounced[guid] = ros
             if ros.kind is EndpointKind.SERVICE:
                 self._servers[guid] = _Server(ros.name)
-            if guid in self._untold and guid in self._node_of:
-                self._tell_of_reader(guid)
+            if guid in self._unannounced and guid in self._node_of:
+                self._pass_reader_on(guid)
         if not endpoint.alive and guid in self._servers:
             self._servers[guid] = self._servers[guid]._replace(gone_ns=time.time_ns())
 
     def _listen(self, ros: RosName, qos: QoSProfile) -> None:
         try:
             self._channels.listen(ros, qos)
-        except (InterfaceError, MiddlewareError):  # its type is not ours, or DDS here refuses its name
+        except (InterfaceError, MiddlewareError):  # an unknown type, or a name that DDS refuses
             self.problems[ros.name] += 1
 
-    # What is sent
+    # Samples
 
-    def _tell(self, now_ns: int | None) -> None:
-        """Tell the tap of the samples that have waited long enough, or of all if it is over."""
+    def _pass_due_on(self, now_ns: int | None) -> None:
+        """Pass on samples that have waited long enough, or all at the end."""
         while self._events:
             event = self._events[0]
             waited_ns = _PATIENCE_NS if now_ns is None else now_ns - event.arrived_ns
             if waited_ns < (_HOLD_NS if self._is_complete(event) else _PATIENCE_NS):
                 return
-            self._tell_of(heappop(self._events))
+            self._pass_on(heappop(self._events))
 
     def _is_complete(self, event: _Event) -> bool:
-        """Return whether it is known who sent and got a sample, and to which request a response belongs."""
+        """Return whether the nodes at both ends are known and, for a response, its request."""
         writer = self._writers.get(event.writer)
         return (
             writer is not None
@@ -274,12 +271,12 @@ class CycloneTap(LiveObserver):
     def _is_asked_for(self, event: _Event) -> bool:
         try:
             request_id, _ = split_sample(event.payload)
-        except InterfaceError:  # it is counted when it is told
+        except InterfaceError:  # counted when it is passed on
             return True
         return (event.channel.name, request_id) in self._requests
 
     def _servers_of(self, event: _Event) -> list[bytes]:
-        """Return the readers that a request has reached."""
+        """Return the readers that have received a request."""
         if event.channel.writers is not EndpointKind.CLIENT:
             return []
         return [
@@ -288,7 +285,7 @@ class CycloneTap(LiveObserver):
             if service == event.channel.name and (gone_ns is None or gone_ns > event.sent_ns)
         ]
 
-    def _tell_of(self, event: _Event) -> None:
+    def _pass_on(self, event: _Event) -> None:
         channel, writer = event.channel, self._writers.get(event.writer)
         node = "" if writer is None else self._node_of.get(writer.guid, "")
         try:

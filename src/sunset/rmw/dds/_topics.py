@@ -12,7 +12,7 @@ from sunset.rmw.dds._names import topic_name
 
 
 class DdsPublisher(DdsEndpoint, PublisherHandle):
-    """A writer; never blocks, except one that keeps all samples while a reader does not confirm any."""
+    """Sends samples; it blocks only while it keeps all samples and a reader confirms none."""
 
     def __init__(
         self, process: DdsHost, node: NodeHandle, message_type: type[Message], topic: str, qos: QoSProfile
@@ -48,7 +48,7 @@ class DdsPublisher(DdsEndpoint, PublisherHandle):
 
 
 class DdsSubscription(ReadingEntity[Message], SubscriptionHandle):
-    """Gets samples."""
+    """Receives samples."""
 
     def open(self, ros_type: type[Message], qos: QoSProfile) -> None:
         self._kind = ros_type

@@ -1,7 +1,7 @@
-"""The private functions of the `cyclonedds` wheel that SUNSET needs, and nothing else of it.
+"""The private functions of the wheel `cyclonedds` that this library needs.
 
-Making a topic of a type, samples as raw CDR, and what the built-in topics say of endpoints exist only as private
-functions, of the one version that `_library` accepts.
+Topics of a type, samples as raw CDR, and endpoints from built-in topics exist only as private functions, in the version
+that `_library` accepts.
 """
 
 import ctypes
@@ -19,28 +19,25 @@ from cyclonedds.idl import make_idl_struct  # isort: skip
 from cyclonedds.idl.types import uint8  # isort: skip
 
 MAKING_TOPIC: Final = threading.Lock()
-"""Held while a topic is made, during which its participant must not be deleted."""
+"""Held while a topic is made: its participant must not be deleted meanwhile."""
 
 _ANY: Final = 127  # samples in every state
-_ALIVE: Final = 16  # the state of what exists
+_ALIVE: Final = 16  # the state of existing instances
 _BATCH: Final = 1000
-_ONE: Final = 1  # an error costs the whole batch
+_ONE: Final = 1  # an error loses the whole batch
 _OPERATIONS: Final = 14
 _TYPE_INFORMATION: Final = (8, 9, 10)  # type_id, type_map, type_info of struct ddsi_sertype_ops
 
 
 @contextmanager
 def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
-    """Make a topic, by its name and that of its type in DDS, for the writers and readers that are made within.
+    """Make a topic, from its name and its type's name in DDS, for writers and readers made within the context.
 
-    They announce no type information, as those of ROS 2 nodes, so that only the names of types are compared; the
-    wheel's own would not be connected to any process that defines the type in other words. Nor does DDS look into
-    samples: they are checked where they are decoded.
-
-    Raises:
-        MiddlewareError: there cannot be such a topic.
+    As in ROS 2, they announce no type information, so DDS compares only the names of types. The wheel's own type
+    information would prevent connections to processes that define the type differently. DDS does not check samples;
+    they are checked when they are decoded.
     """
-    with MAKING_TOPIC:  # topics of one type share what is changed here
+    with MAKING_TOPIC:  # topics of a type share the table that is changed here
         topic: int = _clayer.ddspy_topic_create(participant, name, _octet(type_name), None, None)
         checked(topic, f"make topic {name}")
         operations = ctypes.c_void_p.from_address(sertype_of(topic))  # the first member of a sertype
@@ -54,13 +51,13 @@ def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
 
 
 def prepare(type_name: str) -> None:
-    """Make what a topic of a type needs before there is one."""
+    """Make the type of later topics."""
     _octet(type_name)
 
 
 @cache
 def _octet(type_name: str) -> object:
-    """Return a type of the wheel: one octet, and whatever follows."""
+    """Return a type of the wheel, which has a single octet."""
     kind = make_idl_struct("Octet", type_name.replace("::", "."), {"octet": uint8}, dataclassify=False)
     kind.__idl__.populate()
     kind.__idl__.fill_type_data()
@@ -69,7 +66,7 @@ def _octet(type_name: str) -> object:
 
 @cache
 def _without_type_information(operations: int) -> ctypes.Array[ctypes.c_void_p]:
-    """Return a copy of a type's table of functions in which those that tell its XTypes information are missing."""
+    """Return a copy of a type's table of functions without those for XTypes information."""
     table = (ctypes.c_void_p * _OPERATIONS).from_address(operations)
     return (ctypes.c_void_p * _OPERATIONS)(
         *(None if index in _TYPE_INFORMATION else function for index, function in enumerate(table))
@@ -80,18 +77,14 @@ def _without_type_information(operations: int) -> ctypes.Array[ctypes.c_void_p]:
 
 
 def write(writer: int, payload: bytes, name: str) -> None:
-    """Send a sample: CDR with its encapsulation header, padded to a multiple of 4 bytes.
-
-    Raises:
-        MiddlewareError: the writer is gone, or does not get rid of what it must keep; `name` says of what it is.
-    """
+    """Send a payload of CDR, padded to a multiple of 4 bytes; `name` is for errors."""
     result = _clayer.ddspy_write(writer, payload)
     if result < 0:
         checked(result, f"send a sample on {name}")
 
 
 def take(reader: int) -> tuple[bytes, int, int] | None:
-    """Return the oldest sample, the handle of its writer and when it was sent (ns), or None if there is none."""
+    """Return the oldest sample, the handle of its writer and its time of sending in ns; None without samples."""
     while True:
         taken: list[tuple[bytes, Any]] | int = _clayer.ddspy_take(reader, _ANY, 1)
         if not taken or isinstance(taken, int):
@@ -106,13 +99,13 @@ class Endpoint(NamedTuple):
 
     Attributes:
         guid: 16 bytes that identify it.
-        participant: the same of its participant.
-        alive: whether it exists; if not, only the GUIDs and the handle may be known.
+        participant: the GUID of its participant.
+        alive: whether it exists; if not, only the GUIDs and the handle are certain.
         topic: the name of its DDS topic.
         type_name: the name of its DDS type.
-        qos: what it announces.
-        user_data: what else its owner says of it.
-        handle: the number by which this process knows it; 0 if that was the question.
+        qos: the profile that it announces.
+        user_data: the user data that it announces.
+        handle: its number in this process; 0 in the result of a search by handle.
     """
 
     guid: bytes
@@ -136,11 +129,8 @@ def _endpoint(*described: Any) -> Endpoint:
 
 
 def take_endpoints(reader: int) -> tuple[list[Endpoint], int]:
-    """Return what is new about endpoints, from a reader of a built-in topic, and of how many it is not known.
-
-    That is so of those with the name of a topic or a type that is not UTF-8.
-    """
-    found: list[Endpoint] = []
+    """Return news of endpoints from a reader of a built-in topic, and the number whose names are not UTF-8."""
+    endpoints: list[Endpoint] = []
     unknown = 0
     while True:
         try:
@@ -149,20 +139,20 @@ def take_endpoints(reader: int) -> tuple[list[Endpoint], int]:
             unknown += 1
             continue
         if not batch or isinstance(batch, int):
-            return found, unknown
-        found += batch
+            return endpoints, unknown
+        endpoints += batch
 
 
 def take_participants(reader: int) -> list[tuple[bytes, bool]]:
-    """Return (GUID, whether it is there) of the participants of which there is news."""
-    found: list[tuple[bytes, bool]] = []
+    """Return news of participants: (GUID, whether it exists)."""
+    participants: list[tuple[bytes, bool]] = []
     while True:
         batch: list[tuple[bytes, bool]] | int = _clayer.ddspy_take_participant(
             reader, _BATCH, _participant, lambda _: None
         )
         if not batch or isinstance(batch, int):
-            return found
-        found += batch
+            return participants
+        participants += batch
 
 
 def _participant(guid: bytes, _: None, info: Any) -> tuple[bytes, bool]:

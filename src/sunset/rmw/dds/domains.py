@@ -1,4 +1,4 @@
-"""Domain ids that no other system uses, so that systems on one computer do not hear each other."""
+"""Domain ids that separate systems on a computer."""
 
 import os
 import socket
@@ -6,34 +6,33 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from itertools import count
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 
 _DOMAINS = range(1, 102)
-"""0 is the default of all ROS 2 programs; the ports of those above 101 may be taken by any program on Linux."""
+"""0 is the default of ROS 2; on Linux, any program may take the ports of ids above 101."""
 
 _FIRST_PORT = 7400
 _PORTS_PER_DOMAIN = 250
 _LOCK_PORT = 249
-"""Added to a domain's first port: beyond those of the 33 participants that a domain may have on one computer."""
+"""Offset from a domain's first port, beyond the ports of its 33 participants."""
 
 _SYSTEM_PORT = 9
-"""Added likewise, for a system that runs in the domain: before those of the participants, since 135 is the last one
-that domain 232 has room for."""
+"""The same for a system that runs in the domain, before the ports of participants: domain 232 ends at offset 135."""
 
 _LOOPBACK = "127.0.0.1"
 
 _OFFSETS = (0, *range(10, 76))
-"""Added to a domain's first port: for multicast, and two for each of those participants."""
+"""Offsets from a domain's first port: for multicast, and two for each participant."""
 
 _turns = count(os.getpid())
 
 
 @contextmanager
 def free_domain_id() -> Iterator[int]:
-    """Reserve, while the context lasts, a domain id from 1 to 101 in which no process of this computer is.
+    """Reserve an unused domain id from 1 to 101 of this computer while the context lasts.
 
-    Other callers are kept off it, whatever user or program they are of, and even if this process dies. A domain comes
-    last in turn after its use, for participants that died in it are remembered by others for some seconds.
+    Callers of other users and programs do not get it, even if this process dies. A domain is used again as late as
+    possible, since participants remember lost participants for some seconds.
 
     Raises:
         MiddlewareError: all are in use.
@@ -50,10 +49,10 @@ def free_domain_id() -> Iterator[int]:
 
 @contextmanager
 def sole_system(domain_id: int) -> Iterator[None]:
-    """Keep other systems of this computer, whatever user they are of, out of a domain while the context lasts.
+    """Keep other systems of this computer, of any user, out of a domain while the context lasts.
 
     Raises:
-        MiddlewareError: one is there.
+        MiddlewareError: another system is there.
     """
     with ExitStack() as held:
         if not _bind(held, _FIRST_PORT + _PORTS_PER_DOMAIN * domain_id + _SYSTEM_PORT, _LOOPBACK):
@@ -76,10 +75,10 @@ def _reserve(domain: int) -> Iterator[bool]:
 
 
 def _bind(stack: ExitStack, port: int, address: str = "") -> bool:
-    """Take a UDP port, of all addresses or of one, until the stack is left; return whether it was free."""
-    held = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+    """Take a UDP port, of all addresses or a given address, until the stack is left; return whether it was free."""
+    port_holder = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
     try:
-        held.bind((address, port))
+        port_holder.bind((address, port))
     except OSError:
         return False
     return True

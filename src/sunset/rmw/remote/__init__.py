@@ -1,8 +1,8 @@
-"""The middleware of a process that lives outside of the network that it is part of.
+"""The middleware of a process outside of the network.
 
-On the network a `Gateway` stands for it. The process itself, whose nodes are on a `RemoteProcess`, is at the other end
-of a pipe. They take turns: the gateway calls a handler and waits until it has returned. In a simulation every event so
-has the place and the time that it would have in one process, and a record the same bytes. Live, time goes on meanwhile.
+A `Gateway` represents the process on the network. The process itself has a `RemoteProcess` at the other end of a pipe.
+They take turns: the gateway calls a handler, and waits until it returns. In a simulation, events have the same order
+and times as in a single process. Live, time goes on meanwhile.
 """
 
 from sunset.rmw.remote._gateway import Gateway

@@ -1,10 +1,10 @@
-"""What nodes of another process consist of: each part tells the one that stands for it in the simulation what to do."""
+"""Parts of nodes in another process; each sends changes to its stand-in on the network."""
 
 from abc import abstractmethod
 from collections.abc import Callable
 from typing import ClassVar
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message, Service, deserialize, serialize, type_name
 from sunset.rmw.core.node import Entity, Middleware, NodeHandle, Timer
 from sunset.rmw.core.port import (
@@ -40,52 +40,40 @@ _LONGEST_NS = 1 << 62
 
 
 class RemoteHost(Middleware):
-    """The process, as its parts need it.
-
-    Attributes:
-        handlers: what the simulation may call, by number.
-    """
+    """The process, as its parts need it; the simulation calls `handlers` by number."""
 
     handlers: dict[int, Callable[[Call], None]]
 
     @abstractmethod
     def new_number(self) -> int:
-        """Return a number that nothing else of this process has or had."""
+        """Return a number that is new in this process."""
 
     @abstractmethod
-    def tell(self, change: Change) -> None:
-        """Tell the simulation what to do, at the latest when it is its turn."""
+    def request(self, change: Change) -> None:
+        """Send a change to the simulation, at the latest with the next turn."""
 
     @abstractmethod
     def ask(self, question: Question) -> Answer:
-        """Ask the simulation.
-
-        Raises:
-            MiddlewareError: there is no answer.
-        """
+        """Return the simulation's answer to a question."""
 
 
 class RemoteNode(NodeHandle):
-    """A node.
-
-    Attributes:
-        number: its number.
-    """
+    """A node with its number in the protocol."""
 
     process: RemoteHost
     number: int
 
     def attach(self) -> None:
         super().attach()
-        self.process.tell(Attach(self.number, True))
+        self.process.request(Attach(self.number, True))
 
     def detach(self) -> None:
         super().detach()
-        self.process.tell(Attach(self.number, False))
+        self.process.request(Attach(self.number, False))
 
 
 class _Endpoint(Entity[RemoteHost]):
-    """An endpoint, with what the simulation calls for it."""
+    """An endpoint and its handler."""
 
     kind: ClassVar[EndpointKind]
 
@@ -102,21 +90,23 @@ class _Endpoint(Entity[RemoteHost]):
         super().__init__(process, node, label)
         self.name = name
         self.number = process.new_number()
-        process.tell(MakeEndpoint(self.number, node.number, self.kind, type_name(ros_type), name, qos, label))
+        process.request(
+            MakeEndpoint(self.number, node.number, self.kind, type_name(ros_type), name, qos, label)
+        )
         process.handlers[self.number] = self.run
         self.join()
 
     def run(self, call: Call) -> None:
-        """Call the handler with what has come."""
+        """Call the handler with the message of a call."""
 
     def retire(self) -> None:
         super().retire()
         self.process.handlers.pop(self.number, None)
-        self.process.tell(Destroy(self.number))
+        self.process.request(Destroy(self.number))
 
 
 class RemotePublisher(_Endpoint, PublisherHandle):
-    """Sends samples, which it checks."""
+    """Sends samples, and checks them."""
 
     kind: ClassVar = EndpointKind.PUBLISHER
 
@@ -127,7 +117,7 @@ class RemotePublisher(_Endpoint, PublisherHandle):
 
     def publish(self, message: Message) -> None:
         self.check_alive(f"publish on {self.name}")
-        self.process.tell(Publish(self.number, serialize(message)))
+        self.process.request(Publish(self.number, serialize(message)))
 
     @property
     def wanted(self) -> bool:
@@ -139,7 +129,7 @@ class RemotePublisher(_Endpoint, PublisherHandle):
 
 
 class RemoteSubscription(_Endpoint, SubscriptionHandle):
-    """Gets samples."""
+    """Receives samples."""
 
     kind: ClassVar = EndpointKind.SUBSCRIPTION
 
@@ -167,7 +157,7 @@ class RemoteSubscription(_Endpoint, SubscriptionHandle):
 
 
 class RemoteClient(_Endpoint, ClientHandle):
-    """Asks every server of its name and type."""
+    """Sends requests to every server of its name and type."""
 
     kind: ClassVar = EndpointKind.CLIENT
 
@@ -191,7 +181,7 @@ class RemoteClient(_Endpoint, ClientHandle):
         self.check_alive(f"call {self.name}")
         body = serialize(request)
         self._sequence += 1
-        self.process.tell(Publish(self.number, body))
+        self.process.request(Publish(self.number, body))
         return self._sequence
 
     def server_ready(self) -> bool:
@@ -203,7 +193,7 @@ class RemoteClient(_Endpoint, ClientHandle):
 
 
 class RemoteService(_Endpoint, ServiceHandle):
-    """Gets requests."""
+    """Receives requests."""
 
     kind: ClassVar = EndpointKind.SERVICE
 
@@ -234,11 +224,11 @@ class RemoteService(_Endpoint, ServiceHandle):
         if request_id not in self._asking:
             raise MiddlewareError(f"Service {self.name} has no request {tuple(request_id)} to answer.")
         self._asking.remove(request_id)
-        self.process.tell(Respond(self.number, *request_id, body))
+        self.process.request(Respond(self.number, *request_id, body))
 
 
 class RemoteTimer(Timer[RemoteHost]):
-    """A timer that knows when it is due; the one in the simulation expires."""
+    """A timer that computes its due times; its stand-in expires."""
 
     node: RemoteNode
 
@@ -251,30 +241,30 @@ class RemoteTimer(Timer[RemoteHost]):
     def join(self) -> None:
         super().join()
         self.process.handlers[self.number] = lambda _: self.run()
-        self.process.tell(MakeTimer(self.number, self.node.number, _bounded(self._period_ns), self.label))
+        self.process.request(MakeTimer(self.number, self.node.number, _bounded(self._period_ns), self.label))
 
     def set_alarm(self, due_ns: int | None) -> None:
-        """Do nothing: the simulation does."""
+        """Do nothing: the stand-in has the alarm."""
 
     def set_period_ns(self, period_ns: int) -> None:
         super().set_period_ns(period_ns)
         if self.number in self.process.handlers:
-            self.process.tell(SetPeriod(self.number, _bounded(period_ns)))
+            self.process.request(SetPeriod(self.number, _bounded(period_ns)))
 
     def reset(self) -> None:
         super().reset()
         if self.number in self.process.handlers:
-            self.process.tell(Reset(self.number))
+            self.process.request(Reset(self.number))
 
     def cancel(self) -> None:
         super().cancel()
         if self.number in self.process.handlers:
-            self.process.tell(Cancel(self.number))
+            self.process.request(Cancel(self.number))
 
     def retire(self) -> None:
         super().retire()
         self.process.handlers.pop(self.number, None)
-        self.process.tell(Destroy(self.number))
+        self.process.request(Destroy(self.number))
 
 
 def _bounded(period_ns: int) -> int:

@@ -1,10 +1,10 @@
-"""What stands on the network for a process behind a pipe, and takes turns with it."""
+"""The representative of a process behind a pipe, which takes turns with it."""
 
 import time
 from collections.abc import Callable
 from typing import Final
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.core.node import Middleware
 from sunset.rmw.core.port import CallbackError
 from sunset.rmw.remote._protocol import (
@@ -20,38 +20,38 @@ from sunset.rmw.remote._protocol import (
     Spin,
     Statement,
     Wait,
+    encode,
     read_statements,
-    write_orders,
 )
 from sunset.rmw.remote._stand_ins import StandIns
 
 _DEEPEST: Final = 20
-"""Turns within turns: of a process that waits, in a predicate that it waits for, and so on."""
+"""The most turns within turns: a predicate of a waiting process may wait, too."""
 _MOST_HELD: Final = 1 << 20
 """Bytes of messages that wait for the next turn."""
 
 
 class _NestedError(Exception):
-    """A callback or predicate raised while its own process waits, which is told of it."""
+    """A callback or predicate raised while its own process waits."""
 
 
 class Gateway:
-    """Stands on the network for a process that lives elsewhere, and does what that one says.
+    """Represents a remote process by nodes, endpoints and timers of a process on the network, simulated or live.
 
-    Its nodes, endpoints and timers are those of a process of the network: simulated, or live. Where a handler of one of
-    them is called, the other side calls its own, and that process waits for it. A process that raises, says nothing in
-    time, or says what is not of the protocol has failed: it ends, and the network goes on.
+    When one of their handlers is called, the remote process runs its own, and the network's process waits. A remote
+    process that raises, does not answer in time or violates the protocol has failed: its representative ends, and the
+    network goes on.
 
     Args:
         process: the process on the network.
-        pipe: the other side is at its other end.
-        limit_s: how long the other side may take for a callback, in seconds of wall time.
-        longest_ns: how long it may wait in a callback, in the network's time; None for ever.
-        end: ends the process on the network when the other side has failed.
-        on_failure: called when the process has failed, with how.
+        pipe: the connection to the remote process.
+        limit_s: seconds of wall time that a callback may take.
+        longest_ns: the longest wait in a callback, in the network's time; None for no limit.
+        end: ends the process on the network after a failure.
+        on_failure: called with the failure.
 
     Attributes:
-        failure: how the process has failed, as the end of a sentence; None as long as it has not.
+        failure: the failure, whose text is the end of a sentence; None before.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Gateway:
         self._stand_ins = StandIns(process, self._call)
 
     def start(self) -> None:
-        """Let the other side make its nodes."""
+        """Let the remote process make its nodes."""
         self._call(0, (), b"")
 
     def _call(self, handler: int, numbers: tuple[int, ...], body: bytes) -> None:
@@ -91,10 +91,7 @@ class Gateway:
             self._turn(call)
 
     def _turn(self, order: Order) -> bool:
-        """Give the other side its turn, and do what it says until it is done; return the value of a predicate.
-
-        Where it has failed, that is True: nothing is waited for any more.
-        """
+        """Give the remote process its turn until it is done; return the value of a predicate, True after a failure."""
         if self._depth == 0:
             self._left_s = self._limit_s
             self._began_ns = self._process.now_ns()
@@ -116,7 +113,7 @@ class Gateway:
         return True
 
     def _exchange(self, order: Order) -> Statement:
-        """Send what has waited and an order, and do what the other side says; return how it gives the turn back."""
+        """Send an order after the held calls, carry out the answer's changes, and return its last statement."""
         if self._depth > _DEEPEST:
             raise PipeError("waits for itself")
         if self._longest_ns is not None and self._process.now_ns() - self._began_ns >= self._longest_ns:
@@ -124,7 +121,7 @@ class Gateway:
         start_s = time.monotonic()
         end_s = start_s + self._left_s
         orders, self._held, self._held_bytes = [*self._held, order], [], 0
-        self._pipe.send(write_orders(orders), end_s)
+        self._pipe.send(encode(orders), end_s)
         statements = read_statements(self._pipe.receive(end_s))
         self._left_s -= time.monotonic() - start_s
         if not statements:
@@ -145,7 +142,7 @@ class Gateway:
                 return Answer(process.now_ns(), value=value)
             return self._stand_ins.answer(question)
         except CallbackError as error:
-            if not isinstance(error.__cause__, _NestedError):  # it is not the other side's
+            if not isinstance(error.__cause__, _NestedError):  # a callback of another process
                 raise
             return Answer(process.now_ns(), raised=(error.node, error.callback))
         except _NestedError:
@@ -156,5 +153,5 @@ class Gateway:
             return Answer(process.now_ns(), error=str(error))
 
     def _bounded(self, timeout_ns: int | None) -> int | None:
-        """Return how long the other side may wait at most, of the time that it asks for."""
-        return min((one for one in (timeout_ns, self._longest_ns) if one is not None), default=None)
+        """Return a timeout of at most the longest wait."""
+        return min((limit for limit in (timeout_ns, self._longest_ns) if limit is not None), default=None)

@@ -1,4 +1,4 @@
-"""The process behind the pipe: the managing side."""
+"""The remote process."""
 
 import os
 import threading
@@ -7,7 +7,7 @@ from functools import partial
 from itertools import count
 from typing import Final
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.core.node import NodeHandle, Parts
 from sunset.rmw.core.port import CallbackError, EndpointInfo, SubscriptionHandle
 from sunset.rmw.remote._entity import (
@@ -43,30 +43,29 @@ from sunset.rmw.remote._protocol import (
     Spin,
     Statement,
     Wait,
-    read_orders,
-    write_statements,
+    decode_orders,
+    encode,
 )
 
 _MOST: Final = LONGEST // 4
-"""Bytes of a message, and of those that are sent in one frame before the last of them."""
+"""The most bytes of a message, and of all but the last message in a frame."""
 
 
 def describe_error(error: BaseException) -> str:
-    """Return what was raised, as the end of a sentence."""
+    """Describe an exception as the end of a sentence."""
     return f"raised {type(error).__name__}: {error}"
 
 
 class RemoteProcess(RemoteHost):
-    """A process of a simulation that goes on elsewhere.
+    """A process outside of its simulation, or network.
 
-    Its nodes are made by `main`, and its callbacks run, when the simulation says so; until they return, its time stands
-    still.
+    `main` and the callbacks run when the gateway calls them. A simulation's time stands still meanwhile.
 
     Args:
-        pipe: what it talks to the simulation through.
+        pipe: the connection to the gateway.
         main: makes the nodes.
-        describe: says what a callback or `main` has raised, as the end of a sentence.
-        describes_types: whether its nodes tell others what their types are made of; in a simulation all know.
+        describe: describes an exception of `main` or a callback as the end of a sentence.
+        describes_types: whether its nodes offer descriptions of their types, as live nodes do.
     """
 
     def __init__(
@@ -102,28 +101,28 @@ class RemoteProcess(RemoteHost):
         )
 
     def serve(self) -> None:
-        """Do what the simulation says, until it closes its end of the pipe."""
+        """Carry out the gateway's orders until it closes its end of the pipe."""
         try:
             while True:
-                self._obey(read_orders(self._pipe.receive()))
+                self._obey(decode_orders(self._pipe.receive()))
         except EndError:
             return
 
     def _obey(self, orders: Sequence[Order]) -> None:
-        """Do what the simulation says, and tell it how that went."""
+        """Carry out orders, and send the outcome."""
         outcome: Statement = Done()
         try:
             for order in orders:
                 outcome = Done(self._carry_out(order))
         except EndError:
             raise
-        except BaseException as error:  # noqa: BLE001  the simulation is told
+        except BaseException as error:  # noqa: BLE001  the gateway gets it
             self._raised = error
             outcome = Raised(self._describe(error))
         self._send(outcome)
 
     def _carry_out(self, order: Order) -> bool:
-        """Do what an order says; return the value of the predicate that it asks for, if it does."""
+        """Carry out an order; return the value of the predicate if the order is a `Check`."""
         self._now = order.now_ns
         if isinstance(order, Call):
             self._call(order)
@@ -141,18 +140,18 @@ class RemoteProcess(RemoteHost):
                 self._end()
 
     def _send(self, last: Statement) -> None:
-        if os.getpid() != self._process:  # a callback has forked this one, which has nothing to say
+        if os.getpid() != self._process:  # a fork that a callback has made
             os._exit(0)
         statements, self._statements, self._size = self._statements, [], 0
         statements.append(last)
-        self._pipe.send(write_statements(statements))
+        self._pipe.send(encode(statements))
 
-    # What its parts need
+    # For its parts
 
     def new_number(self) -> int:
         return next(self._numbers)
 
-    def tell(self, change: Change) -> None:
+    def request(self, change: Change) -> None:
         if not self._alive:
             return
         if isinstance(change, Publish | Respond):
@@ -170,7 +169,7 @@ class RemoteProcess(RemoteHost):
             raise MiddlewareError("Only the thread that runs the callbacks may ask the simulation something.")
         self._send(question)
         while True:
-            *waited, order = orders = read_orders(self._pipe.receive())
+            *waited, order = orders = decode_orders(self._pipe.receive())
             if isinstance(order, Answer):
                 break
             self._obey(orders)
@@ -186,9 +185,9 @@ class RemoteProcess(RemoteHost):
         return order
 
     def defer(self, subscription: SubscriptionHandle) -> None:
-        """Let a subscription's handler be called no earlier than the next of others: it must only take notes."""
-        assert isinstance(subscription, RemoteSubscription)  # noqa: S101  it made it
-        self.tell(Defer(subscription.number))
+        """Delay calls of a subscription's handler until the next other call: it must only store the messages."""
+        assert isinstance(subscription, RemoteSubscription)  # noqa: S101  made here
+        self.request(Defer(subscription.number))
 
     # The port
 
@@ -197,7 +196,7 @@ class RemoteProcess(RemoteHost):
         return self._describes_types
 
     def now_ns(self) -> int:
-        """Virtual time: nanoseconds since the simulation began; constant during a callback."""
+        """The time of the network; constant during a callback."""
         return self._now
 
     steady_ns = now_ns
@@ -206,11 +205,11 @@ class RemoteProcess(RemoteHost):
         node = RemoteNode(self, self._parts, name, namespace)
         node.number = self.new_number()
         self._nodes[node] = None
-        self.tell(MakeNode(node.number, name, namespace))
+        self.request(MakeNode(node.number, name, namespace))
         return node
 
     def post(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
-        assert isinstance(node, RemoteNode)  # noqa: S101  it made it
+        assert isinstance(node, RemoteNode)  # noqa: S101  made here
         node.check_alive()
         number = self.new_number()
 
@@ -219,30 +218,20 @@ class RemoteProcess(RemoteHost):
             handler()
 
         self.handlers[number] = run
-        self.tell(Post(number, node.number, label))
+        self.request(Post(number, node.number, label))
 
     def remove(self, node: NodeHandle) -> None:
-        assert isinstance(node, RemoteNode)  # noqa: S101  it made it
+        assert isinstance(node, RemoteNode)  # noqa: S101  made here
         if node in self._nodes:
             del self._nodes[node]
-            self.tell(Destroy(node.number))
+            self.request(Destroy(node.number))
 
     def spin_once(self, timeout_ns: int | None) -> bool:
-        """Let the whole world go on until a callback of this process has run.
-
-        Raises:
-            CallbackError: it raised.
-            MiddlewareError: called from inside a callback, or nothing is left to happen and no timeout is set.
-        """
+        """Let the whole world go on until a callback of this process has run."""
         self.check_alive()
         return bool(self.ask(Spin(timeout_ns)).value)
 
     def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
-        """Let the world go on until a predicate holds; from inside a callback, only look.
-
-        Raises:
-            MiddlewareError: nothing is left to happen and no timeout is set.
-        """
         if self._in_callback:
             return predicate()
         self._predicates.append(predicate)
@@ -265,7 +254,7 @@ class RemoteProcess(RemoteHost):
     def shutdown(self) -> None:
         if not self.alive:
             return
-        self.tell(Shutdown())
+        self.request(Shutdown())
         self._ending = True
         if not self._in_callback:
             self._end()
@@ -280,15 +269,4 @@ class RemoteProcess(RemoteHost):
         return self.ask(AskNodes()).nodes
 
     def endpoints(self, name: str | None = None) -> Sequence[EndpointInfo]:
-        return [
-            EndpointInfo(
-                kind=one.kind,
-                name=one.name,
-                type_name=one.type_name,
-                node_name=one.node_name,
-                node_namespace=one.node_namespace,
-                qos=one.qos,
-                gid=one.gid,
-            )
-            for one in self.ask(AskEndpoints(name)).endpoints
-        ]
+        return self.ask(AskEndpoints(name)).endpoints

@@ -1,22 +1,21 @@
-"""What the two ends of the pipe say to each other, and how it travels.
+"""The protocol of the pipe between a gateway and its remote process.
 
-The simulation speaks first, and after that they take turns: a frame is a number of bytes, the number of 4 bytes before
-it. What it sends is a list of `Order`s: the last one gives the turn, and before it come calls that have waited for it.
-What the managing side sends is a list of `Statement`s, of which the last one, and no other, gives the turn back: it is
-`Done`, `Raised` or a question. Nothing of it is trusted: it is decoded into these structs, strictly, and messages are
-CDR.
+They take turns, and the gateway begins. A frame is its length, in 4 bytes, and its content. The gateway sends a list
+of `Order`s: calls that have waited, and the order that gives the turn. The remote process sends a list of `Statement`s,
+the last of which gives the turn back: `Done`, `Raised` or a question. Statements are not trusted: they are decoded
+into these structs, strictly, and messages are CDR.
 """
 
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final, TypeAlias
 
 from msgspec import DecodeError, Struct, ValidationError
 from msgspec.msgpack import Decoder, Encoder
 
-from sunset.errors import MiddlewareError
-from sunset.rmw.core.port import EndpointKind
+from sunset.common.errors import MiddlewareError
+from sunset.rmw.core.port import EndpointInfo, EndpointKind
 from sunset.rmw.core.qos import QoSProfile
 
 LONGEST: Final = 64 << 20
@@ -32,8 +31,8 @@ class Call(Struct, array_like=True, tag=0, frozen=True):
     Attributes:
         handler: its number; 0 is the program of the process.
         now_ns: the time.
-        numbers: of a request, its client and sequence number; of a response, its sequence number.
-        body: the message, if there is one.
+        numbers: client and sequence number of a request, or the sequence number of a response.
+        body: the message, if there is any.
     """
 
     handler: int
@@ -43,21 +42,9 @@ class Call(Struct, array_like=True, tag=0, frozen=True):
 
 
 class Check(Struct, array_like=True, tag=1, frozen=True):
-    """Evaluate the predicate that the managing side waits for."""
+    """Evaluate the predicate that the remote process waits for."""
 
     now_ns: int
-
-
-class Endpoint(Struct, array_like=True, frozen=True):
-    """An endpoint of the graph, as `EndpointInfo`."""
-
-    kind: EndpointKind
-    name: str
-    type_name: str
-    node_name: str
-    node_namespace: str
-    qos: QoSProfile
-    gid: bytes
 
 
 class Answer(Struct, array_like=True, tag=2, frozen=True):
@@ -65,17 +52,17 @@ class Answer(Struct, array_like=True, tag=2, frozen=True):
 
     Attributes:
         now_ns: the time.
-        value: what was asked for,
-        nodes: where that is nodes, and
-        endpoints: where it is endpoints.
-        error: why there is none; empty if there is.
-        raised: the node and the name of the callback of this process that raised, if that is the reason.
+        value: a number or a truth value.
+        nodes: the nodes of the graph.
+        endpoints: the endpoints of the graph.
+        error: the reason why there is no answer; empty if there is an answer.
+        raised: node and name of the callback of the remote process that raised, if it did.
     """
 
     now_ns: int
     value: bool | int = False
     nodes: list[tuple[str, str]] = []
-    endpoints: list[Endpoint] = []
+    endpoints: list[EndpointInfo] = []
     error: str = ""
     raised: tuple[str, str] | None = None
 
@@ -200,38 +187,36 @@ class Wait(Struct, array_like=True, tag=15, frozen=True):
 
 
 class AskNodes(Struct, array_like=True, tag=16, frozen=True):
-    """Which nodes are there?"""
+    """Ask for the nodes of the graph."""
 
 
 class AskEndpoints(Struct, array_like=True, tag=17, frozen=True):
-    """Which endpoints are there, on any topic or service or on one of this name?"""
+    """Ask for all endpoints of the graph, or the endpoints of a topic or service."""
 
     name: str | None
 
 
 class AskMatched(Struct, array_like=True, tag=18, frozen=True):
-    """How many endpoints does a publisher or subscription exchange messages with?"""
+    """Ask for the number of endpoints that a publisher or subscription is connected to."""
 
     number: int
 
 
 class AskWanted(Struct, array_like=True, tag=19, frozen=True):
-    """Would anybody get what a publisher sends?"""
+    """Ask whether messages of a publisher are wanted."""
 
     number: int
 
 
 class AskReady(Struct, array_like=True, tag=20, frozen=True):
-    """Is there a server for a client?"""
+    """Ask whether a client has a server."""
 
     number: int
 
 
 Order: TypeAlias = Call | Check | Answer
-"""What the simulation sends."""
 
 Question: TypeAlias = Spin | Wait | AskNodes | AskEndpoints | AskMatched | AskWanted | AskReady
-"""What the simulation answers."""
 
 Change: TypeAlias = (
     MakeNode
@@ -248,17 +233,16 @@ Change: TypeAlias = (
     | Shutdown
     | Defer
 )
-"""What needs no answer: where it cannot be done, the managing side knows."""
 
 Statement: TypeAlias = Change | Done | Raised | Question
 
-_encode = Encoder().encode
-_decode_orders: Callable[[bytes], list[Order]] = Decoder(list[Order]).decode
+encode: Callable[[Sequence[Order | Statement]], bytes] = Encoder().encode
+decode_orders: Callable[[bytes], list[Order]] = Decoder(list[Order]).decode
 _decode_statements: Callable[[bytes], list[Statement]] = Decoder(list[Statement]).decode
 
 
 class PipeError(MiddlewareError):
-    """The other end of the pipe is gone, is silent, or sends what is not of the protocol; the end of a sentence."""
+    """The other end has failed; the text is the end of a sentence."""
 
 
 class EndError(PipeError):
@@ -266,7 +250,7 @@ class EndError(PipeError):
 
 
 class RaisedError(PipeError):
-    """The other end's program has raised what it does not catch."""
+    """The program at the other end has raised an exception."""
 
 
 class SilenceError(PipeError):
@@ -278,7 +262,7 @@ class Pipe:
 
     Args:
         door: a connected stream.
-        wait: waits for so many seconds until something comes on it, and returns whether it does; None to just wait.
+        wait: waits for some seconds until the stream has data, and returns whether it has; None to just wait.
     """
 
     def __init__(self, door: socket.socket, wait: Callable[[float | None], bool] | None = None) -> None:
@@ -287,19 +271,11 @@ class Pipe:
         self._rest = bytearray()
 
     def close(self) -> None:
-        """Let the other end know that nothing more comes."""
+        """Close this end."""
         self._door.close()
 
     def send(self, body: bytes, end_s: float | None = None) -> None:
-        """Send a frame.
-
-        Args:
-            body: its bytes.
-            end_s: until when it may take, by the clock `time.monotonic`; for ever if it is None.
-
-        Raises:
-            PipeError: it is too long; as an `EndError` or `SilenceError`, the other end does not take it.
-        """
+        """Send a frame, until `end_s` of the clock `time.monotonic` at the latest."""
         if len(body) > LONGEST:
             raise PipeError(f"cannot be sent {len(body)} bytes at once, only {LONGEST}")
         self._limit(end_s)
@@ -311,11 +287,7 @@ class Pipe:
             raise EndError("is gone") from error
 
     def receive(self, end_s: float | None = None) -> bytes:
-        """Return the next frame; `end_s` as of `send`.
-
-        Raises:
-            PipeError: what comes is not a frame; as an `EndError` or `SilenceError`, none comes.
-        """
+        """Return the next frame; see `send` for `end_s`."""
         rest = self._rest
         self._fill(_HEADER, end_s)
         size = int.from_bytes(rest[:_HEADER], "little")
@@ -349,27 +321,8 @@ class Pipe:
             self._door.settimeout(max(end_s - time.monotonic(), 0.001))
 
 
-def write_orders(orders: list[Order]) -> bytes:
-    """Return what the simulation sends, as bytes."""
-    return _encode(orders)
-
-
-def read_orders(body: bytes) -> list[Order]:
-    """Return what the simulation sent."""
-    return _decode_orders(body)
-
-
-def write_statements(statements: list[Statement]) -> bytes:
-    """Return what the managing side sends, as bytes."""
-    return _encode(statements)
-
-
 def read_statements(body: bytes) -> list[Statement]:
-    """Return what the managing side sent.
-
-    Raises:
-        PipeError: it is not of the protocol.
-    """
+    """Decode the content of a frame of the remote process."""
     try:
         return _decode_statements(body)
     except (ValidationError, DecodeError, MiddlewareError, RecursionError) as error:

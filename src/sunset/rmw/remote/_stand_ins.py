@@ -1,11 +1,12 @@
-"""The nodes, endpoints and timers that stand on the network for those of a process behind a pipe."""
+"""The nodes, endpoints and timers that represent a remote process on the network."""
 
 import re
 from collections.abc import Callable, Mapping
 from types import UnionType
 from typing import Any, Final
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
+from sunset.common.texts import shorten
 from sunset.interfaces import Message, deserialize, get_message, get_service, serialize
 from sunset.rmw.core.node import Middleware, NodeHandle, Timer
 from sunset.rmw.core.port import (
@@ -28,7 +29,6 @@ from sunset.rmw.remote._protocol import (
     Cancel,
     Defer,
     Destroy,
-    Endpoint,
     MakeEndpoint,
     MakeNode,
     MakeTimer,
@@ -41,25 +41,24 @@ from sunset.rmw.remote._protocol import (
     Shutdown,
     Statement,
 )
-from sunset.texts import shorten
 
 _NAME: Final = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 _LONGEST_NAME: Final = 256
 """Characters."""
 _MOST: Final = 10_000
-"""Nodes, endpoints and timers that a process may have at a time."""
+"""The most nodes, endpoints and timers of a process."""
 _BYTES: Final = 2**26
-"""That a process may send at once; they come back over a minute."""
+"""The most bytes of messages in a burst, and in a minute."""
 _OVERHEAD: Final = 2**11
-"""Bytes that a message counts for besides its own."""
+"""Bytes that each message counts in addition to its own."""
 
 
 class StandIns:
-    """Does on the network what the other side says.
+    """Carries out the statements of a remote process, which are not trusted.
 
     Args:
         process: the process on the network.
-        call: calls a handler of the other side: its number, and numbers and bytes as of `Call`.
+        call: calls a handler of the remote process by its number, with the numbers and bytes of a `Call`.
 
     Attributes:
         deferred: handlers whose calls may wait.
@@ -97,11 +96,7 @@ class StandIns:
         }
 
     def change(self, change: Statement) -> None:
-        """Do what needs no answer.
-
-        Raises:
-            PipeError: it is something else, or cannot be done.
-        """
+        """Carry out a statement without an answer."""
         make = self._changes.get(type(change))
         if make is None:
             raise PipeError("goes on when it is not its turn any more")
@@ -113,11 +108,7 @@ class StandIns:
             raise PipeError(f"asked for what cannot be: {error}") from error
 
     def answer(self, question: Statement) -> Answer:
-        """Answer what can be answered at once.
-
-        Raises:
-            PipeError: it is something else, or about what is not there.
-        """
+        """Answer a question that needs no waiting."""
         answer = self._answers.get(type(question))
         if answer is None:
             raise PipeError("sent no final statement")
@@ -232,19 +223,7 @@ class StandIns:
         return Answer(self._process.now_ns(), value)
 
     def _endpoints(self, question: AskEndpoints) -> Answer:
-        endpoints = [
-            Endpoint(
-                one.kind,
-                one.name,
-                one.type_name,
-                one.node_name,
-                one.node_namespace,
-                one.qos,
-                one.gid,
-            )
-            for one in self._process.endpoints(question.name)
-        ]
-        return Answer(self._process.now_ns(), endpoints=endpoints)
+        return Answer(self._process.now_ns(), endpoints=list(self._process.endpoints(question.name)))
 
     def _matched(self, question: AskMatched) -> Answer:
         return self._value(self._get(question.number, (PublisherHandle | SubscriptionHandle)).matched)

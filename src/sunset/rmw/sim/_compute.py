@@ -1,13 +1,13 @@
-"""How long callbacks take in the simulated world: modelled, never measured."""
+"""Modelled durations of callbacks."""
 
 from collections.abc import Callable, Mapping
 from math import isfinite
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.seeding import check_seed, generator
 
 OTHER_CALLBACK_NS = 200_000
-"""Nanoseconds for a timer, a service, a response, and any callback of a node that is not listed."""
+"""Nanoseconds of all callbacks but subscriptions of listed nodes."""
 
 
 class ComputeModel:
@@ -36,9 +36,9 @@ class ComputeModel:
         self._samplers: dict[str, Callable[[], int]] = {}
 
     def sampler(self, node: str) -> Callable[[], int] | None:
-        """Return a function that draws durations in ns for `node`, or None if it is not listed.
+        """Return a function that draws durations in ns for a node; None if the node is not listed.
 
-        A node that ends and comes back continues the same stream of random numbers.
+        A redeployed node continues the stream of random numbers.
         """
         if node not in self._seconds:
             return None

@@ -1,4 +1,4 @@
-"""What the nodes of the simulated world consist of, and what that needs of its process."""
+"""Parts of simulated nodes."""
 
 from abc import abstractmethod
 from collections import deque
@@ -19,9 +19,9 @@ class SimHost(Middleware):
     """A simulated process, as its parts need it.
 
     Attributes:
-        name: names it in errors.
-        network: the world.
-        is_protected: whether it is the experiment's, so that nobody can delay it or notice what it asks for.
+        name: its name in errors.
+        network: the network.
+        is_protected: whether other processes can neither delay it nor notice its requests.
     """
 
     name: str
@@ -30,11 +30,11 @@ class SimHost(Middleware):
 
     @abstractmethod
     def notify(self, entity: "SimEntity", *, first: bool = False) -> None:
-        """Note that an entity has one more thing to do, before all others if it is to be the first."""
+        """Line up an entity with work, before all others if `first`."""
 
     @abstractmethod
     def send(self, leave: Callable[..., None], payload: object) -> None:
-        """Let something leave when the running callback ends, or now if none runs."""
+        """Call `leave(payload)` when the running callback ends, or now if no callback runs."""
 
 
 class SimEntity(Entity[SimHost]):
@@ -42,19 +42,19 @@ class SimEntity(Entity[SimHost]):
 
     @abstractmethod
     def ready(self) -> bool:
-        """Whether there is something to do."""
+        """Whether there is work."""
 
     @abstractmethod
     def run(self) -> None:
-        """Do one piece of it: call the handler once."""
+        """Call the handler once."""
 
     def cost_ns(self) -> int:
-        """How long the next callback takes."""
+        """Return the duration of the next callback."""
         return OTHER_CALLBACK_NS
 
 
 class SimEndpoint(Entity[SimHost]):
-    """A part that others on the graph see, with what its `EndpointInfo` tells; its gid is a whole number."""
+    """A part that is visible on the graph; its gid is a whole number."""
 
     kind: ClassVar[EndpointKind]
 
@@ -84,7 +84,7 @@ class SimEndpoint(Entity[SimHost]):
 
 
 class SimReceiver(SimEndpoint, SimEntity, Generic[ItemT]):
-    """An endpoint that holds what has come until it is handled: at most as much as its QoS says, without the oldest."""
+    """An endpoint with a queue of its QoS's depth, which drops the oldest item."""
 
     def __init__(
         self,
@@ -104,7 +104,7 @@ class SimReceiver(SimEndpoint, SimEntity, Generic[ItemT]):
         self.join()
 
     def deliver(self, item: ItemT) -> None:
-        """Take in what arrives; each item that is held had a notification of its own."""
+        """Queue an item; each item in the queue has been notified once."""
         if not self.alive:
             return
         items = self._items

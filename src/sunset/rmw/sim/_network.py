@@ -1,4 +1,4 @@
-"""What all simulated processes share: the clock, the wires, the observers, the models of time."""
+"""The state that simulated processes share: clock, endpoints, observers, models of time."""
 
 from itertools import count
 from typing import ClassVar, Protocol, TypeVar
@@ -12,8 +12,6 @@ from sunset.rmw.sim._scheduler import Scheduler
 
 
 class _Endpoint(Protocol):
-    """What all four kinds of endpoint have."""
-
     kind: ClassVar[EndpointKind]
     name: str
     type_name: str
@@ -32,11 +30,11 @@ class Network:
 
     Attributes:
         scheduler: events and the clock.
-        latency_ns: from a sample leaving one process to its arrival in another.
-        compute: how long callbacks take.
+        latency_ns: time between departure and arrival of a sample.
+        compute: durations of callbacks.
         taps: the observers.
-        executing: the process whose callback runs at the moment.
-        nodes: those alive, as the keys, by age.
+        executing: the process whose callback runs now.
+        nodes: all nodes, by age.
     """
 
     def __init__(self, compute: ComputeModel, latency_ns: int) -> None:
@@ -50,7 +48,7 @@ class Network:
         self._gids = count(1)
 
     def new_gid(self) -> int:
-        """Return a number that no other endpoint has or had."""
+        """Return a new number."""
         return next(self._gids)
 
     def add(self, endpoint: _Endpoint) -> None:
@@ -69,7 +67,7 @@ class Network:
         return [endpoint for endpoint in self._endpoints.get(name, ()) if isinstance(endpoint, kind)]
 
     def endpoints(self, name: str | None = None) -> list[EndpointInfo]:
-        """Describe every endpoint, or those of one topic or service.
+        """Describe all endpoints, or the endpoints of a topic or service.
 
         Publishers, subscriptions, clients, services; each by name, then by age.
         """

@@ -1,11 +1,11 @@
-"""A simulated process: one thread of callbacks that take modelled time."""
+"""Simulated processes: a thread of callbacks that take modelled time."""
 
 from collections import deque
 from collections.abc import Callable
 from functools import partial
 from operator import attrgetter
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.rmw.core.node import NodeHandle, Parts
 from sunset.rmw.core.port import CallbackError, EndpointInfo
 from sunset.rmw.sim._entity import SimEntity, SimHost
@@ -20,8 +20,8 @@ class SimProcess(SimHost):
     """One process of the simulated world; made by `Simulation.create_process`.
 
     Attributes:
-        nodes_here: its nodes, as the keys, by age.
-        exit_handlers: called with this process when it has ended, however it does.
+        nodes_here: its nodes, by age.
+        exit_handlers: called with this process when it has ended.
     """
 
     def __init__(
@@ -67,8 +67,6 @@ class SimProcess(SimHost):
         if not self._alive:
             raise MiddlewareError(f"Process {self.name} has ended.")
 
-    # What happens to it
-
     def notify(self, entity: SimEntity, *, first: bool = False) -> None:
         if self._alive:
             if first:
@@ -83,7 +81,7 @@ class SimProcess(SimHost):
             self._run_next()
 
     def _run_next(self) -> None:
-        """Begin the next callback, and all before it that take no time: they leave no trace in the order of events."""
+        """Begin callbacks up to the first that takes time; the others leave no trace in the order of events."""
         scheduler = self.network.scheduler
         while self._running and not self._busy and (entity := self._next_entity()) is not None:
             cost_ns = 0 if self.is_protected else entity.cost_ns()
@@ -132,7 +130,7 @@ class SimProcess(SimHost):
             self._run_next()
 
     def _finish(self) -> None:
-        """Let leave what the callback sent; it may have ended the process."""
+        """Send the messages of the callback, which may have ended the process."""
         self._busy = False
         outbox, self._outbox = self._outbox, []
         for leave, payload in outbox:
@@ -156,7 +154,7 @@ class SimProcess(SimHost):
         self.nodes_here.pop(node, None)
 
     def end(self) -> None:
-        """End at once: endpoints vanish, whatever was on its way to or in this process is dropped."""
+        """End at once, and drop all messages that wait in this process."""
         if not self._alive:
             return
         for node in list(self.nodes_here):
@@ -172,7 +170,7 @@ class SimProcess(SimHost):
 
     @property
     def describes_types(self) -> bool:
-        return False  # all processes of a simulation know them
+        return False  # all processes of a simulation know all types
 
     def now_ns(self) -> int:
         """Virtual time: nanoseconds since the simulation began; constant during a callback."""
@@ -189,12 +187,7 @@ class SimProcess(SimHost):
         return node
 
     def spin_once(self, timeout_ns: int | None) -> bool:
-        """Let the whole world go on until a callback of this process has run.
-
-        Raises:
-            CallbackError: it, or a callback of another process, raised.
-            MiddlewareError: called from inside a callback, or nothing is left to happen and no timeout is set.
-        """
+        """Let events happen until a callback of this process has run."""
         network = self.network
         if network.executing is not None:
             raise MiddlewareError(
@@ -219,11 +212,7 @@ class SimProcess(SimHost):
         return self._calls > before
 
     def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
-        """Let the world go on until a predicate holds; from inside a callback, only look.
-
-        Raises:
-            MiddlewareError: nothing is left to happen and no timeout is set.
-        """
+        """Let events happen until a predicate holds; from inside a callback, only evaluate it."""
         scheduler = self.network.scheduler
         if self.network.executing is not None:
             return predicate()
@@ -236,7 +225,7 @@ class SimProcess(SimHost):
         return held
 
     def wake(self) -> None:
-        """Do nothing: while `spin_once` runs, nothing else does."""
+        """Do nothing: no other thread runs during `spin_once`."""
 
     @property
     def alive(self) -> bool:

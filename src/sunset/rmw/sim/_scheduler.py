@@ -9,15 +9,15 @@ from itertools import count
 class Priority(IntEnum):
     """Which of several events at the same time comes first."""
 
-    PLAYBACK = -1  # a recorded request is served at the time at which it was served
-    COMPLETION = 0  # what ends now sends its messages and frees its process before anything starts
+    PLAYBACK = -1  # a recorded request is served at its recorded time
+    COMPLETION = 0  # a callback that ends sends its messages, and frees its process
     DELIVERY = 1
     TIMER = 2
-    CALL = 3  # the experiment acts on a world in which everything due has happened
+    CALL = 3  # the experiment acts after all other events
 
 
 class Scheduler:
-    """Events in order, and the time of the one that happens now.
+    """Ordered events, and the time of the current event.
 
     Attributes:
         now: nanoseconds, starting at 0.
@@ -33,7 +33,7 @@ class Scheduler:
         heappush(self._events, (time_ns, priority, next(self._numbers), action, argument))
 
     def run_until(self, time_ns: int) -> None:
-        """Let everything happen that is due at or before `time_ns`, and set the clock to it."""
+        """Let all events until `time_ns` happen, and set the clock to it."""
         events = self._events
         while events and events[0][0] <= time_ns:
             self.now, _, _, action, argument = heappop(events)
@@ -41,11 +41,10 @@ class Scheduler:
         self.now = max(self.now, time_ns)
 
     def run_while(self, predicate: Callable[[], bool], limit_ns: int | None) -> bool:
-        """Let events happen one by one for as long as a predicate, which is looked at before each, holds.
+        """Let events happen while a predicate holds; it is evaluated before each event.
 
         Returns:
-            Whether it stopped holding. If not, the clock stands at the limit, if there is one, or nothing is left to
-            happen.
+            Whether the predicate stopped holding. If not, the clock has reached the limit, or no events are left.
         """
         events = self._events
         while predicate():

@@ -3,7 +3,7 @@
 from collections import deque
 from typing import ClassVar
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message, serialize
 from sunset.rmw.core.port import ClientHandle, EndpointKind, RequestId, ServiceHandle
 from sunset.rmw.sim._compute import OTHER_CALLBACK_NS
@@ -12,7 +12,7 @@ from sunset.rmw.sim._scheduler import Priority
 
 
 class SimClient(SimReceiver[tuple[int, Message]], ClientHandle):
-    """Asks every server of its name and type, and holds all responses."""
+    """Sends requests to every server of its name and type; its queue has no limit."""
 
     kind: ClassVar = EndpointKind.CLIENT
 
@@ -22,13 +22,13 @@ class SimClient(SimReceiver[tuple[int, Message]], ClientHandle):
         super().join()
 
     def servers(self) -> "list[SimService]":
-        """The servers that would get a request now."""
+        """Return the servers that would receive a request now."""
         services = self.process.network.named(self.name, SimService)
         return [service for service in services if service.type_name == self.type_name]
 
     def send_request(self, request: Message) -> int:
         self.check_alive(f"call {self.name}")
-        serialize(request)  # which checks it
+        serialize(request)  # checks it
         self._sequence += 1
         self.process.send(self._leave, (self._sequence, request.copy()))
         return self._sequence
@@ -42,7 +42,7 @@ class SimClient(SimReceiver[tuple[int, Message]], ClientHandle):
             network.scheduler.add(arrival, Priority.DELIVERY, server.deliver, asked)
 
     def play_back(self, request: Message) -> None:
-        """Let a request be what its servers do next."""
+        """Put a request at the head of its servers' queues."""
         self._sequence += 1
         for server in self.servers():
             server.deliver_first((RequestId(self.gid, self._sequence), self, request))
@@ -56,7 +56,7 @@ class SimClient(SimReceiver[tuple[int, Message]], ClientHandle):
 
 
 class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandle):
-    """Gets requests."""
+    """Receives requests."""
 
     kind: ClassVar = EndpointKind.SERVICE
 
@@ -66,7 +66,7 @@ class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandl
         super().join()
 
     def deliver(self, item: tuple[RequestId, SimClient, Message]) -> None:
-        """Take in a request; that of a protected process waits for no other and takes nobody's place."""
+        """Queue a request; requests of protected processes have a queue of their own, which goes first."""
         _, client, _ = item
         if self.alive and client.process.is_protected:
             self._protected.append(item)
@@ -75,7 +75,7 @@ class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandl
             super().deliver(item)
 
     def deliver_first(self, item: tuple[RequestId, SimClient, Message]) -> None:
-        """Take in a request before all that waits."""
+        """Queue a request before all others."""
         if self.alive:
             self._items.appendleft(item)
             self.process.notify(self, first=True)
@@ -97,7 +97,7 @@ class SimService(SimReceiver[tuple[RequestId, SimClient, Message]], ServiceHandl
 
     def send_response(self, request_id: RequestId, response: Message) -> None:
         self.check_alive(f"answer on {self.name}")
-        serialize(response)  # which checks it
+        serialize(response)  # checks it
         client = self._asking.pop(request_id, None)
         if client is None:
             raise MiddlewareError(f"Service {self.name} has no request {tuple(request_id)} to answer.")

@@ -1,19 +1,17 @@
-"""The simulated world: its clock, its processes, and what an experiment may do to them.
+"""Simulations of a network.
 
-Events happen one at a time in a total order (time, priority, sequence number), so that the same program
-and seed give the same result in any process, on any computer, however slow. A callback runs at its start
-time, which is what its clock reads; what it sends leaves when it ends, a modelled duration later, and arrives after
-a modelled latency. Meanwhile its process does nothing else.
+Events have a total order (time, priority, sequence number), so the same program and seed give the same result in any
+process and on any computer. The clock shows the start time of a callback while it runs. Its messages leave when it
+ends, a modelled duration later, and arrive after a modelled latency. Meanwhile its process runs no other callback.
 """
 
 from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
 from types import MappingProxyType
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message, Service
-from sunset.names import qualified_name
-from sunset.rmw.core.port import EndpointInfo, EndpointKind
+from sunset.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
 from sunset.rmw.core.qos import QoSProfile
 from sunset.rmw.core.tap import Tap
 from sunset.rmw.sim._compute import ComputeModel
@@ -24,14 +22,13 @@ from sunset.rmw.sim._services import SimClient
 
 
 class Simulation:
-    """A simulated world: one network and one virtual clock, which starts at 0.
+    """A simulated network with a virtual clock, which starts at 0.
 
     Args:
-        seed: a whole number in [0, 2**32 - 1]; decides the jitter of durations.
-        compute: full name of a node → seconds that each of its subscription callbacks takes. Everything
-            else takes 0.2 ms.
-        jitter: those durations vary uniformly by this fraction, in [0, 1).
-        latency_s: seconds from a message leaving one process to its arrival in another.
+        seed: the seed of the jitter, a whole number in [0, 2**32 - 1].
+        compute: full name of a node → seconds that its subscription callbacks take. All others take 0.2 ms.
+        jitter: the fraction, in [0, 1), by which these durations vary uniformly.
+        latency_s: seconds between departure and arrival of a message.
 
     Raises:
         InvalidInputError: the seed is out of range.
@@ -65,43 +62,38 @@ class Simulation:
         """Start a process, to be given to `Context.init(middleware=…)`.
 
         Args:
-            name: names it in errors; two processes may have the same.
-            around: calls each callback of this process, in the place of the simulation; None to just call it.
-            is_protected: whether it is the experiment's. Its callbacks take no time. Its requests wait for no other
-                request, take nobody's place in a queue, and take no time, so that nobody can delay them, or notice
-                by how others are answered that there were such requests.
+            name: its name in errors, which need not be unique.
+            around: called with each callback of this process, to call it; None to just call it.
+            is_protected: whether callbacks and requests of the process take no time and use no queue of others, so that
+                other processes can neither delay nor notice them.
         """
         return SimProcess(self._network, name, around, is_protected=is_protected)
 
     def run_until(self, t_ns: int) -> None:
-        """Let everything happen that is due at or before `t_ns`; the clock then reads `t_ns`.
+        """Let all events until `t_ns` happen; the clock then shows `t_ns`.
 
         Raises:
-            CallbackError: a callback raised. The world is left consistent and may go on.
-            MiddlewareError: called from inside a callback.
+            CallbackError: a callback raised. The simulation may go on.
+            MiddlewareError: called in a callback.
         """
         self._check_outside()
         self._network.scheduler.run_until(t_ns)
 
     def run_while(self, predicate: Callable[[], bool], limit_ns: int) -> bool:
-        """Let events happen, one at a time, for as long as a predicate holds.
-
-        Args:
-            predicate: looked at before each event.
-            limit_ns: virtual time after which nothing happens.
+        """Let events happen while a predicate holds, which is evaluated before each event, and until `limit_ns`.
 
         Returns:
-            Whether the predicate stopped holding; if not, the clock reads `limit_ns`.
+            Whether the predicate stopped holding; if not, the clock shows `limit_ns`.
 
         Raises:
-            CallbackError: a callback raised. The world is left consistent and may go on.
-            MiddlewareError: called from inside a callback.
+            CallbackError: a callback raised. The simulation may go on.
+            MiddlewareError: called in a callback.
         """
         self._check_outside()
         return self._network.scheduler.run_while(predicate, limit_ns)
 
     def call_at(self, t_ns: int, function: Callable[[], object]) -> None:
-        """Call a function of the experiment, outside all processes, when everything else due at `t_ns` has happened.
+        """Call a function outside all processes after all other events at `t_ns`.
 
         Raises:
             MiddlewareError: `t_ns` has passed.
@@ -111,11 +103,7 @@ class Simulation:
         self._network.scheduler.add(t_ns, Priority.CALL, lambda _: function(), None)
 
     def play_back(self, requests: Iterable[tuple[int, str, type[Service], Message]]) -> None:
-        """Serve recorded requests at the times at which they were served, before all others that wait.
-
-        Args:
-            requests: the time in nanoseconds, and the service with its type and the request.
-        """
+        """Serve recorded requests, (time in ns, service, type, request), at these times before all waiting requests."""
         process = self.create_process("playback")
         node = process.create_node("playback", "/")
         for t_ns, name, kind, request in requests:
@@ -123,15 +111,15 @@ class Simulation:
             self._network.scheduler.add(t_ns, Priority.PLAYBACK, client.play_back, request)
 
     def add_tap(self, tap: Tap) -> None:
-        """Let an observer see every message, request and response from now on."""
+        """Let an observer see all messages, requests and responses from now on."""
         self._network.taps.append(tap)
 
     def kill(self, process: SimProcess) -> None:
-        """End a process at once, even in the middle of a callback, whose messages are then never sent."""
+        """End a process at once; messages of its running callback are not sent."""
         process.end()
 
     def on_exit(self, process: SimProcess, handler: Callable[[SimProcess], object]) -> None:
-        """Call `handler(process)` when the process has ended, by shutdown or kill."""
+        """Call `handler(process)` after shutdown or kill of a process."""
         process.exit_handlers.append(handler)
 
     def node_names(self) -> list[str]:
@@ -163,4 +151,4 @@ class Simulation:
 
     def _check_outside(self) -> None:
         if self._network.executing is not None:
-            raise MiddlewareError("A callback cannot run the simulation that it is part of.")
+            raise MiddlewareError("A callback cannot run its own simulation.")

@@ -1,4 +1,4 @@
-"""Simulated timers, and work that a node posts to itself."""
+"""Simulated timers and posted calls."""
 
 from collections.abc import Callable
 
@@ -29,7 +29,7 @@ class SimTimer(Timer[SimHost], SimEntity):
 
 
 class SimPosted(SimEntity):
-    """One call that a node asked for."""
+    """A posted call."""
 
     def __init__(self, process: SimHost, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         super().__init__(process, node, label)

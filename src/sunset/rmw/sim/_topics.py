@@ -3,7 +3,7 @@
 from collections import deque
 from typing import ClassVar
 
-from sunset.errors import InterfaceError
+from sunset.common.errors import InterfaceError
 from sunset.interfaces import Message
 from sunset.rmw.core.node import NodeHandle
 from sunset.rmw.core.port import CallbackError, EndpointKind, PublisherHandle, SubscriptionHandle
@@ -13,11 +13,11 @@ from sunset.rmw.sim._entity import SimEndpoint, SimHost, SimReceiver
 from sunset.rmw.sim._scheduler import Priority
 
 _UNCHARGED_TOPICS = frozenset({"/clock"})
-"""Topics that the client library handles itself, so the node's own compute time is not charged."""
+"""Topics that the client library handles, for which no compute time is charged."""
 
 
 class SimSubscription(SimReceiver[Message], SubscriptionHandle):
-    """Gets samples."""
+    """Receives samples."""
 
     kind: ClassVar = EndpointKind.SUBSCRIPTION
 
@@ -31,7 +31,7 @@ class SimSubscription(SimReceiver[Message], SubscriptionHandle):
             publisher.match(self)
 
     def run(self) -> None:
-        self._handler(self._items.popleft().copy())  # a copy of the reader's own
+        self._handler(self._items.popleft().copy())  # the reader's own copy
 
     def cost_ns(self) -> int:
         return OTHER_CALLBACK_NS if self._draw_cost is None else self._draw_cost()
@@ -90,7 +90,7 @@ class SimPublisher(SimEndpoint, PublisherHandle):
         try:
             for tap in network.taps:
                 tap.on_message(now, self.name, self.node.fully_qualified_name, message)
-        except InterfaceError as error:  # it does not fit its definition
+        except InterfaceError as error:
             raise CallbackError.of(
                 self.node.fully_qualified_name, f"that publishes on {self.name}", error
             ) from error
@@ -113,4 +113,4 @@ class SimPublisher(SimEndpoint, PublisherHandle):
         super().retire()
         for subscription in self.subscriptions:
             subscription.publishers.remove(self)
-        # It keeps its list: what the running callback has published is still to leave.
+        # The list is kept: messages of the running callback have not left yet.

@@ -1,6 +1,6 @@
 """The lifecycle of managed nodes: its states and transitions.
 
-See https://design.ros2.org/articles/node_lifecycle.html; ids and labels are those of lifecycle_msgs.
+See https://design.ros2.org/articles/node_lifecycle.html; ids and labels are as in lifecycle_msgs.
 """
 
 from dataclasses import dataclass
@@ -21,13 +21,13 @@ class LifecycleState(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """A way from one state to another.
+    """A transition between two states.
 
     Attributes:
         id: its number; several transitions may have the same label.
-        label: what it is called.
+        label: its name.
         start: id of the state that it leaves.
-        goal: id of the state that it enters; for a transition that is asked for, an intermediate one.
+        goal: id of the state that it enters; for a requested transition, an intermediate state.
     """
 
     id: int
@@ -64,7 +64,7 @@ STATES: Final = {
 
 
 class TransitionCallbackReturn(IntEnum):
-    """How a transition went: what a lifecycle callback returns."""
+    """The outcome of a transition, which a lifecycle callback returns."""
 
     SUCCESS = TransitionMessage.TRANSITION_CALLBACK_SUCCESS
     FAILURE = TransitionMessage.TRANSITION_CALLBACK_FAILURE
@@ -102,7 +102,7 @@ TRANSITIONS: Final = (
 
 
 class StateMachine:
-    """Knows the state of one node."""
+    """The state of a node."""
 
     def __init__(self) -> None:
         self._state_id = StateMessage.PRIMARY_STATE_UNCONFIGURED

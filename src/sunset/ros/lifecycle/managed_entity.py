@@ -4,30 +4,30 @@ from sunset.ros.lifecycle._state_machine import LifecycleState, TransitionCallba
 
 
 class ManagedEntity:
-    """A part of a node that is told of the node's transitions."""
+    """A part of a node that takes part in its transitions; each method takes the state before."""
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """Get ready; `state` is the one before."""
+        """Get ready."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """Undo `on_configure`; `state` is the one before."""
+        """Undo `on_configure`."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """End; `state` is the one before."""
+        """End."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """Start to work; `state` is the one before."""
+        """Start to work."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """Undo `on_activate`; `state` is the one before."""
+        """Undo `on_activate`."""
         return TransitionCallbackReturn.SUCCESS
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """Clean up after an error; `state` is the one before the failed transition."""
+        """Clean up after an error."""
         return TransitionCallbackReturn.SUCCESS
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Awaitable, Callable
 from typing import Any, Final, TypeVar
 
-from sunset.errors import MiddlewareError
+from sunset.common.errors import MiddlewareError
 from sunset.interfaces import Message
 from sunset.interfaces.lifecycle_msgs.msg import State as StateMessage
 from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
@@ -46,9 +46,9 @@ _CALLBACKS: Final = {
 class LifecycleNode(Node):
     """A node that others configure, activate, deactivate, clean up and shut down.
 
-    Override `on_configure` and its like, and call the base class's there, which tells the managed
-    entities. A callback that raises counts as ERROR: `on_error` decides where the node ends up, and
-    what was raised then surfaces as `CallbackError`.
+    Override `on_configure` and its like, and call the method of the base class, which calls the managed
+    entities. A callback that raises counts as ERROR: `on_error` decides on the final state, and the exception then
+    surfaces as a `CallbackError`.
 
     Args:
         node_name: as for `Node`.
@@ -73,31 +73,31 @@ class LifecycleNode(Node):
             )
             self.create_service(GetAvailableTransitions, "~/get_transition_graph", self._get_transition_graph)
 
-    # What happens on a transition; `state` is the one before
+    # Callbacks of transitions, which take the state before
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Configure the managed entities."""
-        return self._tell(lambda entity: entity.on_configure(state))
+        return self._call_entities(lambda entity: entity.on_configure(state))
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Clean the managed entities up."""
-        return self._tell(lambda entity: entity.on_cleanup(state))
+        return self._call_entities(lambda entity: entity.on_cleanup(state))
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Shut the managed entities down."""
-        return self._tell(lambda entity: entity.on_shutdown(state))
+        return self._call_entities(lambda entity: entity.on_shutdown(state))
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Activate the managed entities."""
-        return self._tell(lambda entity: entity.on_activate(state))
+        return self._call_entities(lambda entity: entity.on_activate(state))
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Deactivate the managed entities."""
-        return self._tell(lambda entity: entity.on_deactivate(state))
+        return self._call_entities(lambda entity: entity.on_deactivate(state))
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Let the managed entities recover; SUCCESS leads to unconfigured, all else to finalized."""
-        return self._tell(lambda entity: entity.on_error(state))
+        return self._call_entities(lambda entity: entity.on_error(state))
 
     # Transitions that the node itself asks for
 
@@ -124,7 +124,7 @@ class LifecycleNode(Node):
     # Managed entities
 
     def add_managed_entity(self, entity: ManagedEntity) -> None:
-        """Tell an entity of this node's transitions."""
+        """Call an entity in the transitions of this node."""
         self._managed_entities[entity] = None
 
     def create_lifecycle_publisher(
@@ -150,7 +150,7 @@ class LifecycleNode(Node):
 
     # The machinery
 
-    def _tell(
+    def _call_entities(
         self, callback: Callable[[ManagedEntity], TransitionCallbackReturn]
     ) -> TransitionCallbackReturn:
         for entity in list(self._managed_entities):
@@ -253,7 +253,7 @@ class LifecycleNode(Node):
 
 
 class _ChangeStateService(Service):
-    """Answers also when a transition's callback raised, before what it raised surfaces."""
+    """Answers also after an exception of a transition's callback, before the exception surfaces."""
 
     def _on_request(self, request_id: RequestId, request: Message) -> None:
         try:

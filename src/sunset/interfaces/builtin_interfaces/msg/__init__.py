@@ -1,4 +1,4 @@
-"""The messages of `builtin_interfaces`, written by scripts/generate_interfaces."""
+"""The messages of `builtin_interfaces`, generated from their definitions."""
 
 from struct import Struct
 from types import MappingProxyType
@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from sunset.errors import InterfaceError
+from sunset.common.errors import InterfaceError
 from sunset.interfaces._check import *
 from sunset.interfaces._codec import *
 from sunset.interfaces._message import *

@@ -1,4 +1,4 @@
-"""The services of `std_srvs`, written by scripts/generate_interfaces."""
+"""The services of `std_srvs`, generated from their definitions."""
 
 from struct import Struct
 from types import MappingProxyType
@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from sunset.errors import InterfaceError
+from sunset.common.errors import InterfaceError
 from sunset.interfaces._check import *
 from sunset.interfaces._codec import *
 from sunset.interfaces._message import *

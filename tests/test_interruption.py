@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from sunset.processes.signals import held_signals, noted_signals
+from sunset.interruption import held_signals, noted_signals
 
 pytestmark = pytest.mark.thorough
 

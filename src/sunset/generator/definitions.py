@@ -1,20 +1,16 @@
 """The .msg and .srv language: text in, frozen values out.
 
 Source: https://design.ros2.org/articles/legacy_interface_definition.html. Comments are dropped, `wstring`
-is not supported, and `char` is read as `uint8`, which is what ROS 2 makes of it on the wire.
+is not supported, and `char` is read as `uint8`, as on ROS 2's wire.
 """
 
 import ast
 import re
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Final
 
-from sunset.errors import InterfaceError
-
-DEFINITIONS: Final = Path(__file__).parent / "definitions"
-"""The folder of the .msg and .srv files: `<package>/msg/<Name>.msg`, `<package>/srv/<Name>.srv`."""
+from sunset.common.errors import InterfaceError
 
 NUMERIC: Final = (
     "int8",
@@ -34,7 +30,7 @@ PRIMITIVES: Final = (*NUMERIC, "bool", "byte", "string")
 """All primitive types that a field may have after `char` was read as `uint8`."""
 
 DUMMY_FIELD: Final = "structure_needs_at_least_one_member"
-"""The name that ROS 2 gives to the one octet of a message without fields."""
+"""The name of the octet in a message without fields."""
 
 _TYPE = re.compile(
     r"(?P<base>[A-Za-z]\w*(?:/[A-Za-z]\w*)?)(?:<=(?P<bound>\d+))?"

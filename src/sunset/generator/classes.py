@@ -1,4 +1,4 @@
-"""The text of one generated message class."""
+"""The source of a generated message class."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -6,8 +6,8 @@ from itertools import groupby
 from keyword import iskeyword
 from typing import Final, TypeAlias
 
-from sunset.errors import InterfaceError
-from sunset.interfaces._definition import Definition, Field, FieldType
+from sunset.common.errors import InterfaceError
+from sunset.generator.definitions import Definition, Field, FieldType
 
 __all__ = ["Structs", "class_text"]
 
@@ -68,7 +68,7 @@ class _Run:
     fields: list[Field] = field(default_factory=list)
 
     def add(self, member: Field) -> bool:
-        """Take one more field, unless its padding depends on where the run starts."""
+        """Take another field, unless its padding depends on where the run starts."""
         letter, align = _FORMATS[member.type.base]
         if align > self.align:
             return False
@@ -98,7 +98,7 @@ def class_text(definition: Definition, structs: Structs, name: str | None = None
     """Return the source of a message's class.
 
     Args:
-        definition: what the class is to hold.
+        definition: the message.
         structs: the packed formats of the module; the class adds those that it needs.
         name: the name of the class, if it is not the message's own.
 
@@ -125,7 +125,7 @@ def class_text(definition: Definition, structs: Structs, name: str | None = None
 
 
 def _parts(fields: tuple[Field, ...]) -> Iterator[_Part]:
-    """Yield what is packed at once."""
+    """Yield groups of fields that are packed at once."""
     for kind, group in groupby(fields, _kind):
         members = list(group)
         if kind == "numbers":
@@ -344,7 +344,7 @@ def _plural(kind: FieldType) -> str:
 
 
 def _python(kind: FieldType) -> str:
-    """Return the Python type of one element."""
+    """Return the Python type of an element."""
     if kind.is_message:
         return kind.base.rpartition("/")[2]
     return _PYTHON[kind.base][0] if kind.base in _PYTHON else "float" if "float" in kind.base else "int"

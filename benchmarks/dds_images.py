@@ -12,11 +12,11 @@ from statistics import median, quantiles
 
 import numpy as np
 
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.rmw.dds import CycloneDDS
-from sunset.rmw.dds.domains import free_domain_id
-from sunset.ros import Context, Node, SingleThreadedExecutor
-from sunset.ros.time import Time
+from sunset_ros import Context, Node, SingleThreadedExecutor
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.rmw.dds import CycloneDDS
+from sunset_ros.rmw.dds.domains import free_domain_id
+from sunset_ros.time import Time
 
 HEIGHT, WIDTH = 144, 256
 RATES = (10, 30)

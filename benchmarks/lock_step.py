@@ -1,7 +1,7 @@
 """What it costs that a managing system has a process of its own: of a callback, of a question, and of a whole run.
 
 Run it with `python benchmarks/lock_step.py`. To compare two versions, run each in turns, with the number of runs and
-the managing system that you want: a version without `sunset.rmw.remote` prints the run only.
+the managing system that you want: a version without `sunset_ros.rmw.remote` prints the run only.
 """
 
 import argparse
@@ -17,10 +17,10 @@ from typing import Any
 
 from sunset.experiments import RunSpec, prepare
 from sunset.experiments.run import run_prepared
-from sunset.interfaces.std_msgs.msg import String
-from sunset.rmw.sim import Simulation
-from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.scenarios import load_scenario
+from sunset_ros import Context, Node, SingleThreadedExecutor
+from sunset_ros.interfaces.std_msgs.msg import String
+from sunset_ros.rmw.sim import Simulation
 
 SCENARIO = "paper/gpu_failure+image_degradation+depth_degradation"
 BATCH = 20_000
@@ -57,7 +57,7 @@ def toy(*, remote: bool, questions: int) -> float:
 
     thread = None
     if remote:
-        from sunset.rmw.remote import Gateway, Pipe, RemoteProcess  # noqa: PLC0415  older versions have none
+        from sunset_ros.rmw.remote import Gateway, Pipe, RemoteProcess  # noqa: PLC0415  older versions have none
 
         ours, theirs = socket.socketpair()
         thread = threading.Thread(target=lambda: RemoteProcess(Pipe(theirs), make).serve())
@@ -108,7 +108,7 @@ def fly(runs: int, manager: str) -> None:
     spec = RunSpec(scenario=load_scenario(SCENARIO), manager=manager, seed=1)
     resources = prepare(spec)
     with tempfile.TemporaryDirectory() as folder:
-        has_process = find_spec("sunset.rmw.remote") is not None
+        has_process = find_spec("sunset_ros.rmw.remote") is not None
         log = Path(folder) / "log"
         if has_process:
             watch_managers(log)
@@ -136,7 +136,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=10)
     parser.add_argument("--manager", default="baseline")
     arguments = parser.parse_args()
-    if find_spec("sunset.rmw.remote") is not None and sys.platform == "linux":
+    if find_spec("sunset_ros.rmw.remote") is not None and sys.platform == "linux":
         here, there = (toy(remote=remote, questions=0) for remote in (False, True))
         asked_here, asked_there = (toy(remote=remote, questions=10) for remote in (False, True))
         print(f"a callback: {here:.0f} µs in the simulation's process, {there:.0f} µs in one of its own")

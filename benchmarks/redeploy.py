@@ -21,16 +21,16 @@ from statistics import median
 from sunset.experiments import RunSpec, Settings, prepare
 from sunset.experiments.live import LiveSystem
 from sunset.harness.operator import Operator
-from sunset.interfaces import Message
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.system_interfaces.msg import SensorFusion
-from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.rmw.dds import CycloneDDS
-from sunset.rmw.dds.domains import free_domain_id
-from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.scenarios import Scenario
 from sunset.system import current_system
+from sunset.system_interfaces.msg import SensorFusion
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros import Context, Node, SingleThreadedExecutor
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.rmw.dds import CycloneDDS
+from sunset_ros.rmw.dds.domains import free_domain_id
 
 OUTPUTS: dict[str, tuple[type[Message], str]] = {
     "camera": (Image, "rgb_camera"),

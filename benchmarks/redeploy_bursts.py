@@ -22,20 +22,20 @@ from sunset.experiments import RunSpec, Settings, prepare
 from sunset.experiments.live import LiveSystem
 from sunset.experiments.observer import Observer
 from sunset.harness.operator import Operator
-from sunset.interfaces import Message
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.system_interfaces.msg import Command
-from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.rmw.dds import CycloneDDS, CycloneTap
-from sunset.rmw.dds.domains import free_domain_id
-from sunset.ros import Context, Node, SingleThreadedExecutor
 from sunset.scenarios import Scenario
 from sunset.system import COMMANDS_TOPIC, current_system
+from sunset.system_interfaces.msg import Command
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros import Context, Node, SingleThreadedExecutor
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.rmw.dds import CycloneDDS, CycloneTap
+from sunset_ros.rmw.dds.domains import free_domain_id
 
 PROCESSES = multiprocessing.get_context("forkserver")
-PROCESSES.set_forkserver_preload(["sunset.experiments.live", "sunset.harness.operator", "sunset.rmw.dds"])
+PROCESSES.set_forkserver_preload(["sunset.experiments.live", "sunset.harness.operator", "sunset_ros.rmw.dds"])
 AT_ONCE = 3
 ACTIVE = ("camera", "depth", "sensor_fusion", "segmentation")
 DELAYS: dict[str, float] = {node: current_system().nodes[node].activation_delay_s for node in ACTIVE}

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from sunset.interfaces import Message
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import String
-from sunset.rmw.sim import Simulation, Tap
-from sunset.ros import Context, Node, SingleThreadedExecutor
+from sunset_ros import Context, Node, SingleThreadedExecutor
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import String
+from sunset_ros.rmw.sim import Simulation, Tap
 
 PIXELS = np.zeros(256 * 144 * 3, np.uint8)
 

@@ -15,10 +15,10 @@ from pathlib import Path
 from statistics import median, quantiles
 from typing import Any, Final
 
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.rmw.dds import CycloneDDS
-from sunset.rmw.dds.domains import free_domain_id
-from sunset.ros import Context, Node, SingleThreadedExecutor
+from sunset_ros import Context, Node, SingleThreadedExecutor
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.rmw.dds import CycloneDDS
+from sunset_ros.rmw.dds.domains import free_domain_id
 
 WARM_UP_S: Final = 5.0
 BRING_UP_S: Final = 60.0

@@ -22,8 +22,8 @@ from sunset.cli._progress import progress_bar
 from sunset.evaluation import RunRow
 from sunset.evaluation.paired import difference
 from sunset.managing import Baseline, ManagingSystem, Symptoms
-from sunset.seeding import generator
 from sunset.tables import aligned
+from sunset_ros.seeding import generator
 
 NODES: Final = ("camera", "sensor_fusion", "segmentation")
 FIGURES: Final = MappingProxyType({"t_down_s": "t_down [s]", "iou_all": "IoU_all"})

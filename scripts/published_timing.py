@@ -5,8 +5,8 @@ from typing import Any
 from sunset.managing import Symptoms
 from sunset.managing.baseline import Baseline
 from sunset.nodes import AdaptiveNode, Camera, Fusion, SegmentationNode
-from sunset.ros.parameter import Parameter
 from sunset.system import SILENCE_S, Extension
+from sunset_ros.parameter import Parameter
 
 
 class Patient(Baseline):

@@ -14,13 +14,13 @@ import pytest
 from hypothesis import settings
 
 from sunset.data import cache_folder, default_flight
-from sunset.interfaces import Message
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.msg import SetParametersResult
-from sunset.interfaces.rcl_interfaces.srv import SetParameters
-from sunset.rmw.sim import SimProcess, Simulation, Tap
-from sunset.ros import Context, Node, Parameter, SingleThreadedExecutor
+from sunset_ros import Context, Node, Parameter, SingleThreadedExecutor
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.interfaces.rcl_interfaces.msg import SetParametersResult
+from sunset_ros.interfaces.rcl_interfaces.srv import SetParameters
+from sunset_ros.rmw.sim import SimProcess, Simulation, Tap
 
 NodeT = TypeVar("NodeT", bound=Node)
 

@@ -13,7 +13,7 @@ from sunset.input_files import check_regular, file_digest, open_regular, read_by
 from sunset.perception import ModelCard
 from sunset.recording import count_runs, read_run
 from sunset.recording._bag import read_bag
-from sunset.ros._parameter_files import read_parameter_file
+from sunset_ros._parameter_files import read_parameter_file
 
 READERS = [check_regular, file_digest, open_regular, read_bytes, read_text]
 

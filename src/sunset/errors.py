@@ -18,7 +18,7 @@ sentence on stderr and exit code 2::
     └── MissingExtraError          an optional dependency that is not installed
 """
 
-from sunset.common.errors import (
+from sunset_ros.errors import (
     MALFORMED_YAML,
     InterfaceError,
     InvalidInputError,

@@ -13,8 +13,8 @@ from msgspec import Meta
 
 from sunset.errors import InvalidInputError
 from sunset.schemas import check_fields
-from sunset.seeding import check_seed
-from sunset.texts import shown, suggestion
+from sunset_ros.seeding import check_seed
+from sunset_ros.texts import shown, suggestion
 
 TOWNS: Final = range(1, 9)
 """The numbers of the towns."""

@@ -4,7 +4,7 @@ import errno
 from typing import Final
 
 from sunset.errors import SunsetError
-from sunset.texts import sentence
+from sunset_ros.texts import sentence
 
 _MEMORY: Final = "there is not enough memory; close other programs, or allow more of it ('ulimit -v')"
 _PROCESSES: Final = (

@@ -6,22 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from sunset.common.texts import printable, sentence, shorten, shown, suggestion
-
-__all__ = [
-    "counted",
-    "csv_text",
-    "described_error",
-    "line_text",
-    "listed",
-    "printable",
-    "printable_json",
-    "sentence",
-    "shorten",
-    "shown",
-    "suggestion",
-    "tallied",
-]
+from sunset_ros.texts import printable, shorten
 
 
 def printable_json(value: object) -> object:

@@ -147,7 +147,7 @@ def test_curves_have_its_faults_and_so_has_a_list_in_its_context(page: Path, fli
 
 
 BLIND = """\
-from sunset.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset.nodes import AdaptiveNode, FaultParameter
 from sunset.system import Adaptation, AdaptationKind, Extension, Failure, Fault, NodeDescription, Topic
 

@@ -17,13 +17,13 @@ from sunset.calibration import (
     suite_strengths,
 )
 from sunset.errors import InvalidInputError
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.std_msgs.msg import Header
-from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.nodes import Camera, Depth, Fusion, ImageEnhancement
 from sunset.nodes.images import array_of_bgr, image_of_bgr, image_of_depth
 from sunset.perception import Modality, load_model
 from sunset.system import BLUR_SIGMA, current_system
+from sunset.system_interfaces.msg import SensorFusion
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 EXCLUSIVE = current_system().exclusive
 FAULTS = current_system().faults

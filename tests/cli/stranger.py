@@ -3,11 +3,11 @@
 import sys
 from typing import Self
 
-from sunset.interfaces.std_msgs.msg import String
-from sunset.interfaces.std_srvs.srv import SetBool
-from sunset.rmw.dds import CycloneDDS
-from sunset.ros import Context, Node, SingleThreadedExecutor
-from sunset.ros.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sunset_ros import Context, Node, SingleThreadedExecutor
+from sunset_ros.interfaces.std_msgs.msg import String
+from sunset_ros.interfaces.std_srvs.srv import SetBool
+from sunset_ros.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sunset_ros.rmw.dds import CycloneDDS
 
 
 class Odd(String):

@@ -122,7 +122,7 @@ FAILING: dict[str, tuple[str, str]] = {
     ),
     "publishes what does not fit": (
         (
-            "from sunset.interfaces.std_msgs.msg import Int32\nfrom sunset.managing import ManagingSystem\n"
+            "from sunset_ros.interfaces.std_msgs.msg import Int32\nfrom sunset.managing import ManagingSystem\n"
             "class Mine(ManagingSystem):\n"
             "    def on_start(self): self.out = self.create_publisher(Int32, 'number', 1)\n"
             "    def adapt(self, symptoms): self.out.publish(Int32(data='a'))"
@@ -131,7 +131,7 @@ FAILING: dict[str, tuple[str, str]] = {
     ),
     "asks what does not fit": (
         (
-            "from sunset.interfaces.std_srvs.srv import SetBool\nfrom sunset.managing import ManagingSystem\n"
+            "from sunset_ros.interfaces.std_srvs.srv import SetBool\nfrom sunset.managing import ManagingSystem\n"
             "class Mine(ManagingSystem):\n"
             "    def on_start(self): self.ask = self.create_client(SetBool, 'question')\n"
             "    def adapt(self, symptoms): self.ask.call_async(SetBool.Request(data='a'))"

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from sunset.cli import main
-from sunset.rmw.dds.domains import free_domain_id
+from sunset_ros.rmw.dds.domains import free_domain_id
 
 pytestmark = pytest.mark.xdist_group("ros")  # the two processes are started once
 

@@ -64,7 +64,7 @@ def test_showing_a_model_imports_nothing_that_trains() -> None:
 def test_the_toolbox_for_ros_imports_nothing_of_experiments() -> None:
     modules = imported("from sunset.cli import main; main(['ros', '--help'])")
 
-    assert "sunset.ros" in modules
+    assert "sunset_ros" in modules
     assert modules & {"cv2", "embreex", "onnxruntime", "rosbags", "sunset.experiments"} == set()
 
 

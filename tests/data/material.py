@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from sunset.classes import CARLA_IDS
 from sunset.data import Frame
-from sunset.seeding import generator
+from sunset_ros.seeding import generator
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 IMAGE = "sensor_msgs/msg/Image"

@@ -20,7 +20,7 @@ from sunset.data.pixels import (
     resample,
 )
 from sunset.errors import DataError
-from sunset.seeding import generator
+from sunset_ros.seeding import generator
 
 RNG = generator(3, "pixels")
 KINDS = (COLOUR_JPEG, COLOUR_PNG, DEPTH_PNG, LABEL_PNG)

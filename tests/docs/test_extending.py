@@ -8,10 +8,10 @@ from tests.docs.test_docs import blocks
 from tests.live.systems import eventually, exists, going_up
 
 from sunset.cli import main
-from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters
-from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.ros.parameter import Parameter
 from sunset.system import current_system, extended_system
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros.interfaces.rcl_interfaces.srv import GetParameters, SetParameters
+from sunset_ros.parameter import Parameter
 
 SHORT = ("--duration", "5")
 

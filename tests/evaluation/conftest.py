@@ -10,21 +10,21 @@ import pytest
 from msgspec.structs import replace
 from tests.recording.runs import RUN
 
-from sunset.interfaces import Message
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header
-from sunset.interfaces.system_interfaces.msg import (
+from sunset.metrics import score
+from sunset.recording import RecordWriter, timeline_of
+from sunset.recording.timelines import measured_topics
+from sunset.system_interfaces.msg import (
     Command,
     ExperimentLogging,
     FaultInjection,
     FrameEvaluation,
     SensorFusion,
 )
-from sunset.metrics import score
-from sunset.recording import RecordWriter, timeline_of
-from sunset.recording.timelines import measured_topics
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 START_NS = 3 * 10**9
 OUTAGE_S = (2.0, 6.0)

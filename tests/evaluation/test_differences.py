@@ -5,7 +5,7 @@ import pytest
 
 from sunset.evaluation import Cluster
 from sunset.evaluation.differences import Experiment, differences, holm, pairs_won
-from sunset.seeding import generator
+from sunset_ros.seeding import generator
 
 
 def rejected(p_values: list[float], level: float) -> set[int]:

@@ -5,7 +5,7 @@ import numpy.typing as npt
 import pytest
 
 from sunset.evaluation.intervals import Cluster, Design, Spread, spread
-from sunset.seeding import generator
+from sunset_ros.seeding import generator
 
 
 def crossed(sizes: tuple[int, int, int]) -> list[Cluster]:

@@ -1,14 +1,14 @@
 """Managing systems that try to look better than they are."""
 
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
-from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms
-from sunset.ros import Node
+from sunset.system_interfaces.msg import ExperimentLogging
+from sunset_ros import Node
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent
+from sunset_ros.interfaces.rcl_interfaces.srv import GetParameters, SetParameters
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_srvs.srv import Trigger
 
 
 class Claimer(ManagingSystem):

@@ -7,12 +7,12 @@ import pytest
 
 from sunset.experiments import RunTiming
 from sunset.experiments.live_run import FrameCount, slowness
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.rosgraph_msgs.msg import Clock
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header
 from sunset.metrics import Command, Injection, Timeline
 from sunset.system import extended_system
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.rosgraph_msgs.msg import Clock
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 S = 10**9
 START_NS = 10 * S

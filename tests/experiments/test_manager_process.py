@@ -31,7 +31,7 @@ SETTINGS = Settings(timing=Timing(duration_s=2.0), manager_limit_s=5.0)
 LARGEST_KIB = 60 << 10
 
 SUDDEN = """
-from sunset.interfaces.std_msgs.msg import String
+from sunset_ros.interfaces.std_msgs.msg import String
 from sunset.managing import ManagingSystem
 
 class Sudden(ManagingSystem):
@@ -371,7 +371,7 @@ import sys
 import sysconfig
 import venv
 import sunset.harness.manager_process
-from sunset.interfaces.std_msgs.msg import String
+from sunset_ros.interfaces.std_msgs.msg import String
 from sunset.managing import ManagingSystem
 
 class Flooding(ManagingSystem):

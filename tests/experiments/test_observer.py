@@ -5,18 +5,18 @@ from typing import Any
 import pytest
 
 from sunset.experiments.observer import Observer
-from sunset.interfaces import Message
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from sunset.interfaces.lifecycle_msgs.msg import State, Transition, TransitionEvent
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
-from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, SetParametersResult
-from sunset.interfaces.rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
-from sunset.interfaces.std_msgs.msg import String
-from sunset.interfaces.system_interfaces.msg import Command
-from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.rmw.core.port import EndpointKind, RequestId
-from sunset.ros import Parameter
 from sunset.system import COMMANDS_TOPIC
+from sunset.system_interfaces.msg import Command
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros import Parameter
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from sunset_ros.interfaces.lifecycle_msgs.msg import State, Transition, TransitionEvent
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState, GetState
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent, SetParametersResult
+from sunset_ros.interfaces.rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from sunset_ros.interfaces.std_msgs.msg import String
+from sunset_ros.rmw.core.port import EndpointKind, RequestId
 
 MANAGER, CAMERA = "/managing_system", "/managed_subsystem/camera"
 NUMBER = RequestId(1, 1)

@@ -16,13 +16,13 @@ import msgspec
 import pytest
 
 from sunset.experiments import RunSpec, Settings, Timing, run
-from sunset.interfaces.system_interfaces.msg import Diagnosis
 from sunset.managing.program import Answer
 from sunset.perception import load_model
 from sunset.recording import StoredRun, read_messages, read_run
 from sunset.recording.stored import read_stored_run
 from sunset.scenarios import load_scenario
 from sunset.system import COMMANDS_TOPIC, current_system
+from sunset.system_interfaces.msg import Diagnosis
 
 pytestmark = pytest.mark.usefixtures("flight")
 

@@ -15,14 +15,14 @@ import pytest
 from sunset.data import read_bag, write_bag
 from sunset.errors import DataError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, run
-from sunset.interfaces.parameters import scalar_of
-from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
 from sunset.metrics import score
 from sunset.perception import Segmenter
 from sunset.recording import StoredRun, read_messages, read_run, read_stored_run, read_timeline
 from sunset.scenarios import load_scenario, suite
-from sunset.seeding import drawn_seed
 from sunset.system import current_system, extended_system
+from sunset_ros.interfaces.parameters import scalar_of
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent
+from sunset_ros.seeding import drawn_seed
 
 FAULTS = current_system().faults
 
@@ -371,8 +371,8 @@ def test_a_class_in_place_of_the_segmentations_runs_in_the_simulation(tmp_path: 
 
 
 METER = """
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import String
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import String
 from sunset.nodes import AdaptiveNode
 from sunset.system import Extension, NodeDescription, Topic
 

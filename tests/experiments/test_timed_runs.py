@@ -111,7 +111,7 @@ def test_a_fault_of_an_extension_grows_and_heals(tmp_path: Path) -> None:
 
 
 FLOOD = """
-from sunset.interfaces.rcl_interfaces.srv import SetParameters
+from sunset_ros.interfaces.rcl_interfaces.srv import SetParameters
 from sunset.managing import ManagingSystem
 
 class Flood(ManagingSystem):

@@ -10,11 +10,11 @@ from sunset.errors import ExtensionError
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.nodes import AdaptiveNode
 from sunset.recording import StoredRun, read_messages
-from sunset.rmw.sim import Simulation
-from sunset.ros import Context
 from sunset.scenarios import Scenario, ScenarioFault, load_scenario
 from sunset.system import Adaptation, Fault, FaultKind, current_system, extended_system, unlisted
 from sunset.wild.nodes import NODE_CLASSES
+from sunset_ros import Context
+from sunset_ros.rmw.sim import Simulation
 
 ONSET_S: Final = 1.5
 CAUSES: Final = {fault.name: fault for fault in unlisted().faults}

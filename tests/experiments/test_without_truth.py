@@ -12,10 +12,10 @@ import pytest
 import sunset
 from sunset.cli import main
 from sunset.data import read_bag, write_bag
-from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.system_interfaces.msg import FrameEvaluation, ImageDigest
 from sunset.recording import read_messages
 from sunset.system import EVALUATION_TOPIC, TRUTH_TOPIC
+from sunset.system_interfaces.msg import FrameEvaluation, ImageDigest
+from sunset_ros.interfaces.stamps import ns_of
 
 QUALITY = ("iou", "iou_all", "iou_healthy", "utility", "miou", "faults_masked", "masked_s")
 

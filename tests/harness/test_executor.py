@@ -6,11 +6,11 @@ import pytest
 
 from sunset.errors import ScenarioError
 from sunset.harness.executor import ScenarioExecutor
-from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.interfaces.system_interfaces.msg import FaultInjection
 from sunset.nodes import AdaptiveNode, Camera, Depth, Fusion, ImageEnhancement
 from sunset.scenarios import Scenario, ScenarioFault, generate, suite
 from sunset.system import current_system
+from sunset.system_interfaces.msg import FaultInjection
+from sunset_ros.interfaces.std_srvs.srv import Trigger
 
 FAULTS = current_system().faults
 

@@ -7,10 +7,10 @@ import numpy as np
 
 from sunset.classes import CLASSES, COLOURS
 from sunset.harness.image_views import ImageViews
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header
 from sunset.nodes.images import image_of_depth, image_of_labels
-from sunset.ros import Node
+from sunset_ros import Node
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 if TYPE_CHECKING:
     from tests.conftest import World

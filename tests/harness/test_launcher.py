@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from sunset.harness.launcher import Launcher
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.nodes import Camera
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
 
 if TYPE_CHECKING:
     from tests.conftest import World

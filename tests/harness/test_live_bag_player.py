@@ -8,9 +8,9 @@ import pytest
 
 from sunset.data import Frame, write_bag
 from sunset.harness.live_bag_player import LiveBagPlayer
-from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.nodes.images import stamp_ns
-from sunset.seeding import generator
+from sunset_ros.interfaces.std_srvs.srv import Trigger
+from sunset_ros.seeding import generator
 
 if TYPE_CHECKING:
     from tests.conftest import World

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 import pytest
 
 from sunset.harness.monitor import Monitor
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from sunset.interfaces.rosgraph_msgs.msg import Clock
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.managing.symptoms import read_parameters
 from sunset.nodes import Camera, Depth, Fusion, ImageEnhancement, SegmentationNode
+from sunset.system_interfaces.msg import SensorFusion
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sunset_ros.interfaces.rosgraph_msgs.msg import Clock
+from sunset_ros.interfaces.sensor_msgs.msg import Image
 
 if TYPE_CHECKING:
     from tests.conftest import World

@@ -13,8 +13,8 @@ from tests.live.systems import exists
 
 from sunset.harness.node_process import NodeSpec, node_server
 from sunset.harness.node_processes import NodeProcesses
-from sunset.rmw.dds.domains import free_domain_id
 from sunset.system import MANAGING_SYSTEM
+from sunset_ros.rmw.dds.domains import free_domain_id
 
 PATIENCE_S = 60.0
 

@@ -7,11 +7,11 @@ import pytest
 
 from sunset.harness.node_processes import NodeProcesses
 from sunset.harness.operator import Operator
-from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
-from sunset.interfaces.rcl_interfaces.msg import ParameterValue
-from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
-from sunset.ros import Context
-from sunset.ros.parameter import Parameter
+from sunset.system_interfaces.msg import SetBlackboardGroup
+from sunset_ros import Context
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterValue
+from sunset_ros.parameter import Parameter
 
 if TYPE_CHECKING:
     from tests.conftest import World

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from sunset.harness.executor import ScenarioExecutor
-from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.nodes import AdaptiveNode, Camera, Depth, Fusion, ImageEnhancement
 from sunset.scenarios import parse_scenario
+from sunset_ros.interfaces.stamps import ns_of
+from sunset_ros.interfaces.std_srvs.srv import Trigger
 
 if TYPE_CHECKING:
     from tests.conftest import World

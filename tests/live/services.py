@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 from tests.live.systems import Tool
 
-from sunset.interfaces import Message
-from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterValue
-from sunset.ros.parameter import parameter_value_to_python
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter, ParameterValue
+from sunset_ros.parameter import parameter_value_to_python
 
 BOOL, INTEGER, DOUBLE, STRING = 1, 2, 3, 4
 A_VALUE_OF_EACH_TYPE = {

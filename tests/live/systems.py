@@ -12,11 +12,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from sunset.interfaces import Message
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.rmw.dds import CycloneDDS
-from sunset.rmw.dds.domains import free_domain_id
-from sunset.ros import Context, Node, SingleThreadedExecutor
+from sunset_ros import Context, Node, SingleThreadedExecutor
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.rmw.dds import CycloneDDS
+from sunset_ros.rmw.dds.domains import free_domain_id
 
 _UP = "The flight has begun"
 PATIENCE_S = 60.0

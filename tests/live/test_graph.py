@@ -1,11 +1,11 @@
 """What the graph of a live system tells a managing system."""
 
 import pytest
-from tests.conformance.processes import join_domain
 
+from conformance.processes import join_domain
 from sunset.harness.executor import ScenarioExecutor
-from sunset.rmw.dds.domains import free_domain_id
 from sunset.scenarios import Scenario, suite
+from sunset_ros.rmw.dds.domains import free_domain_id
 
 pytestmark = pytest.mark.xdist_group("processes")
 

@@ -12,16 +12,16 @@ from pathlib import Path
 
 import pytest
 from tests.live.systems import MANAGED, Tool, Up, exists, going_up
-from tests.rmw.hostile import padded, samples, targets
-from tests.rmw.peer import LATCHED, Peer
 
+from rmw.hostile import padded, samples, targets
+from rmw.peer import LATCHED, Peer
 from sunset.errors import InterfaceError
-from sunset.interfaces import Message, deserialize
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.srv import GetParameters
-from sunset.interfaces.system_interfaces.srv import Redeploy
-from sunset.rmw.dds import CycloneDDS
-from sunset.seeding import generator
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros.interfaces import Message, deserialize
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.interfaces.rcl_interfaces.srv import GetParameters
+from sunset_ros.rmw.dds import CycloneDDS
+from sunset_ros.seeding import generator
 
 pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 

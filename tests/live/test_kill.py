@@ -23,8 +23,8 @@ from tests.live.systems import (
     fork_server,
 )
 
-from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.recording import read_run, read_timeline
+from sunset_ros.interfaces.std_srvs.srv import Trigger
 
 pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 

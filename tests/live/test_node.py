@@ -9,10 +9,10 @@ from collections.abc import Iterator
 import pytest
 from tests.live.systems import PATIENCE_S, Tool
 
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.rmw.dds.domains import free_domain_id
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.rmw.dds.domains import free_domain_id
 
 pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 

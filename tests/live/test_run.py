@@ -25,20 +25,20 @@ from tests.live.systems import (
 
 from sunset.errors import MiddlewareError
 from sunset.experiments import RunSpec, Settings, Timing, run
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.interfaces.system_interfaces.msg import ExperimentLogging
-from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.names import base_name
 from sunset.recording import read_messages, read_run, read_timeline
-from sunset.rmw.dds import CycloneDDS, CycloneTap
-from sunset.rmw.dds.domains import free_domain_id
-from sunset.ros import Context, Node
 from sunset.scenarios import load_scenario
+from sunset.system_interfaces.msg import ExperimentLogging
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros import Context, Node
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_srvs.srv import Trigger
+from sunset_ros.rmw.dds import CycloneDDS, CycloneTap
+from sunset_ros.rmw.dds.domains import free_domain_id
 
 pytestmark = pytest.mark.xdist_group("live")
 

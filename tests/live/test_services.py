@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from tests.conformance.test_lifecycle import GRAPH
 from tests.live.services import (
     BOOL,
     DOUBLE,
@@ -23,15 +22,17 @@ from tests.live.services import (
 )
 from tests.live.systems import MANAGED, Tool, Up, eventually, exists, going_up
 
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import (
+from conformance.test_lifecycle import GRAPH
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import (
     ChangeState,
     GetAvailableStates,
     GetAvailableTransitions,
     GetState,
 )
-from sunset.interfaces.rcl_interfaces.msg import Parameter
-from sunset.interfaces.rcl_interfaces.srv import (
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter
+from sunset_ros.interfaces.rcl_interfaces.srv import (
     DescribeParameters,
     GetParameters,
     GetParameterTypes,
@@ -39,7 +40,6 @@ from sunset.interfaces.rcl_interfaces.srv import (
     SetParameters,
     SetParametersAtomically,
 )
-from sunset.interfaces.system_interfaces.srv import Redeploy
 
 pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import pytest
 from tests.live.systems import Tool, Up, eventually, exists, going_up
 
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
-from sunset.interfaces.rcl_interfaces.srv import GetParameters
-from sunset.interfaces.system_interfaces.srv import Redeploy
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState, GetState
+from sunset_ros.interfaces.rcl_interfaces.srv import GetParameters
 
 pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 

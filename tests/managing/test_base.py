@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 import pytest
 
 from sunset.harness.monitor import Monitor
-from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
-from sunset.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
-from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms
 from sunset.nodes import Camera, Fusion, ImageEnhancement
-from sunset.ros import CallbackError, Future, Node
-from sunset.ros.exceptions import InvalidParameterValueException
+from sunset.system_interfaces.msg import SetBlackboardGroup
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros import CallbackError, Future, Node
+from sunset_ros.exceptions import InvalidParameterValueException
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
+from sunset_ros.interfaces.sensor_msgs.msg import Image
 
 if TYPE_CHECKING:
     from tests.conftest import World

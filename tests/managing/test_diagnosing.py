@@ -130,7 +130,7 @@ def test_what_works_around_a_fault_of_the_world_is_kept_and_what_is_no_help_undo
 
 
 PROBE = """
-from sunset.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset.nodes import AdaptiveNode, FaultParameter, NodeParameter
 from sunset.system import *
 

@@ -23,7 +23,7 @@ class Listener(ManagingSystem):
     """Reads what only the oracle may."""
 
     def on_start(self) -> None:
-        from sunset.interfaces.system_interfaces.msg import FaultInjection  # noqa: PLC0415
+        from sunset.system_interfaces.msg import FaultInjection  # noqa: PLC0415
 
         self.create_subscription(FaultInjection, "/experiment/injections", lambda _: None, 10)
 

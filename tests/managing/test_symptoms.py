@@ -8,11 +8,11 @@ from enum import Enum
 
 import pytest
 
-from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from sunset.managing import FloatOrNaN, Symptoms
 from sunset.managing.symptoms import read_parameters
 from sunset.system import current_system
 from sunset.system.names import age_entry
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 
 KEY = "managed_subsystem_rgb_camera_freq"
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.managing.test_base import Launcher, show
 
-from sunset.interfaces.system_interfaces.msg import Diagnosis
 from sunset.managing import ManagingSystem, Symptoms
 from sunset.nodes import Camera
-from sunset.ros import CallbackError, Future
+from sunset.system_interfaces.msg import Diagnosis
+from sunset_ros import CallbackError, Future
 
 if TYPE_CHECKING:
     from tests.conftest import World

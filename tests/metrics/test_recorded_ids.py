@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sunset.classes import CARLA_IDS, CLASS_OF_CARLA_ID, CLASSES
 from sunset.metrics import ClassCounts, count_classes, image_iou
-from sunset.seeding import generator
+from sunset_ros.seeding import generator
 
 INDEX = {carla_id: index for index, carla_id in enumerate(CARLA_IDS.values())}
 

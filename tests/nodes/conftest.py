@@ -5,11 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header
 from sunset.nodes.images import image_of_bgr, image_of_depth
-from sunset.seeding import generator
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header
+from sunset_ros.seeding import generator
 
 HEIGHT, WIDTH = 36, 64
 

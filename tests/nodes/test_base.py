@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 import pytest
 
 from sunset.errors import ParameterError
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rosgraph_msgs.msg import Clock
-from sunset.interfaces.std_msgs.msg import String
 from sunset.nodes import AdaptiveNode, Camera, FaultParameter, NodeParameter, TopicParameter, action
-from sunset.ros import CallbackError, Parameter
-from sunset.ros.exceptions import InvalidParameterValueException
-from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
+from sunset_ros import CallbackError, Parameter
+from sunset_ros.exceptions import InvalidParameterValueException
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.interfaces.rosgraph_msgs.msg import Clock
+from sunset_ros.interfaces.std_msgs.msg import String
+from sunset_ros.lifecycle import LifecycleState, TransitionCallbackReturn
 
 if TYPE_CHECKING:
     from tests.conftest import World

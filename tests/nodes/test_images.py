@@ -4,9 +4,6 @@ import numpy as np
 import pytest
 
 from sunset.errors import DataError
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header
 from sunset.nodes.images import (
     array_of_bgr,
     array_of_depth,
@@ -16,6 +13,9 @@ from sunset.nodes.images import (
     image_of_labels,
     stamp_ns,
 )
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 HEADER = Header(stamp=Time(sec=3, nanosec=7), frame_id="camera")
 BGR = np.arange(2 * 4 * 3, dtype=np.uint8).reshape(2, 4, 3)

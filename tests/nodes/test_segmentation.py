@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header
-from sunset.interfaces.system_interfaces.msg import FusionType, SensorFusion
 from sunset.nodes import SegmentationNode
 from sunset.nodes.images import array_of_labels, image_of_bgr, image_of_depth
 from sunset.perception import Modality, Segmenter, load_model
-from sunset.ros import CallbackError
+from sunset.system_interfaces.msg import FusionType, SensorFusion
+from sunset_ros import CallbackError
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 if TYPE_CHECKING:
     from tests.conftest import World

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.nodes import Fusion
 from sunset.nodes.images import array_of_bgr, stamp_ns
+from sunset.system_interfaces.msg import SensorFusion
+from sunset_ros.interfaces.sensor_msgs.msg import Image
 
 if TYPE_CHECKING:
     from tests.conftest import World

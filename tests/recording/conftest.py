@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 from tests.recording.runs import RUN
 
-from sunset.interfaces import Message
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header
-from sunset.interfaces.system_interfaces.msg import (
+from sunset.recording import RecordWriter
+from sunset.system_interfaces.msg import (
     Command,
     ExperimentLogging,
     FaultInjection,
     FrameEvaluation,
     SensorFusion,
 )
-from sunset.recording import RecordWriter
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 Row = tuple[str, int, Message]
 

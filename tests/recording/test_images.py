@@ -9,13 +9,13 @@ from tests.recording.runs import RUN
 
 from sunset.classes import CARLA_IDS, COLOURS
 from sunset.errors import RecordError
-from sunset.interfaces import Message
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.rcl_interfaces.msg import Parameter, ParameterValue
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header
-from sunset.interfaces.system_interfaces.msg import SensorFusion, SetBlackboardGroup
 from sunset.recording import RecordWriter, StoredImage, read_images, read_run
+from sunset.system_interfaces.msg import SensorFusion, SetBlackboardGroup
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter, ParameterValue
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 GENERATOR = np.random.default_rng(1)
 BGR = GENERATOR.integers(0, 256, (6, 8, 3), dtype=np.uint8)

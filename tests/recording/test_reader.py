@@ -7,13 +7,13 @@ from msgspec.structs import replace
 from tests.recording.runs import RUN
 
 from sunset.errors import RecordError
-from sunset.interfaces import Message
-from sunset.interfaces.std_msgs.msg import String
-from sunset.interfaces.system_interfaces.msg import Command
 from sunset.metrics import score
 from sunset.recording import RecordWriter, read_messages, read_run, read_timeline, timeline_of
 from sunset.recording.reader import first_difference
 from sunset.recording.timelines import measured_topics
+from sunset.system_interfaces.msg import Command
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.std_msgs.msg import String
 
 Row = tuple[str, int, Message]
 READERS = [read_messages, read_timeline]

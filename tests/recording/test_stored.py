@@ -8,10 +8,10 @@ import pytest
 from msgspec import to_builtins
 
 from sunset.errors import RecordError
-from sunset.interfaces import Message
-from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.metrics import score
 from sunset.recording import read_stored_run, read_timeline
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.rcl_interfaces.msg import Log
 
 Row = tuple[str, int, Message]
 Write = Callable[[Path, list[Row]], Path]

@@ -6,14 +6,10 @@ from msgspec.structs import replace
 from tests.recording.runs import RUN
 
 from sunset.errors import RecordError
-from sunset.interfaces import Message
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from sunset.interfaces.lifecycle_msgs.msg import State, TransitionEvent
-from sunset.interfaces.rcl_interfaces.msg import Parameter as RosParameter
-from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
-from sunset.interfaces.std_msgs.msg import String
-from sunset.interfaces.system_interfaces.msg import (
+from sunset.metrics import Command as ObservedCommand
+from sunset.metrics import Injection, Setting, Timeline
+from sunset.recording import RecordedMessage, RecordWriter, read_messages, timeline_of
+from sunset.system_interfaces.msg import (
     Command,
     Diagnosis,
     ExperimentLogging,
@@ -22,9 +18,13 @@ from sunset.interfaces.system_interfaces.msg import (
     FrameEvaluation,
     ImageDigest,
 )
-from sunset.metrics import Command as ObservedCommand
-from sunset.metrics import Injection, Setting, Timeline
-from sunset.recording import RecordedMessage, RecordWriter, read_messages, timeline_of
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sunset_ros.interfaces.lifecycle_msgs.msg import State, TransitionEvent
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter as RosParameter
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
+from sunset_ros.interfaces.std_msgs.msg import String
 
 Row = tuple[str, int, Message]
 START = RecordedMessage(

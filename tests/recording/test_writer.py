@@ -14,11 +14,11 @@ from rosbags.highlevel import AnyReader
 from tests.recording.runs import RUN
 
 from sunset.errors import InterfaceError, OutputError
-from sunset.interfaces import Message, deserialize, get_message, type_hash
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header, String
-from sunset.interfaces.system_interfaces.msg import FusionType, ImageDigest, SensorFusion
 from sunset.recording import RecordWriter, read_messages, read_run
+from sunset.system_interfaces.msg import FusionType, ImageDigest, SensorFusion
+from sunset_ros.interfaces import Message, deserialize, get_message, type_hash
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header, String
 
 Row = tuple[str, int, Message]
 FILES = ["messages.mcap", "metadata.yaml", "run.json"]
@@ -108,9 +108,9 @@ def test_the_same_messages_leave_the_same_bytes_in_another_process(tmp_path: Pat
     code = """
 import sys
 from pathlib import Path
-from sunset.interfaces.rcl_interfaces.msg import Parameter
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header, String
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header, String
 from msgspec.structs import replace
 from sunset.recording import RecordWriter
 from tests.recording.runs import RUN
@@ -303,7 +303,7 @@ def test_a_full_disk_is_an_output_error_and_leaves_nothing(tmp_path: Path) -> No
 import resource, sys
 from pathlib import Path
 from sunset.errors import OutputError
-from sunset.interfaces.std_msgs.msg import String
+from sunset_ros.interfaces.std_msgs.msg import String
 from sunset.recording import RecordWriter
 import numpy as np
 from tests.recording.runs import RUN

@@ -12,15 +12,15 @@ from xml.etree import ElementTree as ET
 import pytest
 import yaml
 
-from sunset.interfaces import field_types, get_message, get_service
 from sunset.nodes import Camera, SegmentationNode
 from sunset.nodes.parameters import bound_parameters
 from sunset.perception import load_model
 from sunset.system import HARNESS, current_system, short_name
+from sunset_ros.interfaces import field_types, get_message, get_service
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ROOT / "ros2"
-INTERFACES = ROOT / "src" / "sunset" / "interfaces"
+INTERFACES = ROOT / "src" / "sunset"
 LAUNCH_FILES = sorted(PACKAGES.glob("*/launch/*.launch.py"))
 NAMES = ("experiment_setup", "managed_subsystem", "system_interfaces")
 MANAGED = ("camera", "depth", "image_enhancement", "segmentation", "sensor_fusion")

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from tests.recording.runs import RUN
 
 from sunset.harness._world import World
-from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.metrics import Injection, Setting, Timeline, score
 from sunset.names import ros_text
 from sunset.recording import RecordedMessage, StoredRun
@@ -27,6 +26,7 @@ from sunset.system import (
     full_name,
     get_fault,
 )
+from sunset.system_interfaces.msg import ExperimentLogging
 from sunset.viewing.collecting import run_view
 
 EXTERNAL = [fault for fault in current_system().faults.values() if fault.kind is FaultKind.EXTERNAL]

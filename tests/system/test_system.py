@@ -12,7 +12,6 @@ import sunset.system
 from sunset.errors import ExtensionError
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.parameters import FaultParameter, TopicParameter
-from sunset.ros import Node
 from sunset.system import (
     Adaptation,
     AdaptationKind,
@@ -27,6 +26,7 @@ from sunset.system import (
     full_name,
 )
 from sunset.system.checks import check_extension, check_system
+from sunset_ros import Node
 
 PAPER = current_system().parts[0]
 PLACES = sorted(

@@ -12,7 +12,7 @@ from typing import Any, Final, TypeAlias
 
 from sunset.errors import InvalidInputError
 from sunset.system import System, extended_system
-from sunset.texts import shown, suggestion
+from sunset_ros.texts import shown, suggestion
 
 Extensions: TypeAlias = str | Path | Sequence[str | Path]
 """Extensions of the managed system: one or several Python files, or names of installed extensions."""

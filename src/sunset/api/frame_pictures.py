@@ -17,8 +17,8 @@ from sunset.errors import InvalidInputError
 from sunset.figures import drawing
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, Segmenter
-from sunset.seeding import generator
 from sunset.system import ENTROPY_SIGNAL, SHARPNESS_SIGNAL, Signal, current_system, get_fault
+from sunset_ros.seeding import generator
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -25,7 +25,7 @@ from sunset.experiments import inference_file, missing_networks
 from sunset.perception import Model, find_device, list_models, load_model
 from sunset.perception.card import MAX_SIDE
 from sunset.processes.workers import Progress, processors
-from sunset.texts import shown, suggestion
+from sunset_ros.texts import shown, suggestion
 
 __all__ = [
     "MAX_SIDE",

@@ -17,7 +17,7 @@ from sunset.errors import ManagerError
 from sunset.experiments import OPTIONS, BenchSpec, Options, RunSpec, Settings, Timing
 from sunset.managing import ManagingSystem, register_manager
 from sunset.scenarios import Scenario, load_scenario
-from sunset.texts import shown
+from sunset_ros.texts import shown
 
 Manager: TypeAlias = str | type[ManagingSystem] | Callable[..., ManagingSystem]
 """A managing system: its name, its class, or a function that makes it."""

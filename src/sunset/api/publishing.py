@@ -19,8 +19,8 @@ from sunset.api.arguments import (
 from sunset.bundling import Bundle, Rerun, Verification
 from sunset.errors import InvalidInputError
 from sunset.processes.workers import Progress
-from sunset.seeding import check_seed
-from sunset.texts import shown
+from sunset_ros.seeding import check_seed
+from sunset_ros.texts import shown
 
 _SEEDS: Final = 2**32
 

@@ -28,9 +28,9 @@ from sunset.experiments import (
     last_run,
 )
 from sunset.processes.workers import Progress, Stages
-from sunset.rmw.backends import LIVE, SIMULATED, live_middleware
 from sunset.scenarios import Scenario
 from sunset.texts import counted
+from sunset_ros.rmw.backends import LIVE, SIMULATED, live_middleware
 
 __all__ = [
     "CHECK_SCENARIO",

@@ -18,9 +18,9 @@ from sunset.errors import InvalidInputError, RecordError, SunsetError
 from sunset.output_files import draft_of_folder, write_text
 from sunset.processes.workers import Progress, Stages
 from sunset.recording import IMAGES_FILE, StoredRun, read_stored_run
-from sunset.rmw.backends import SIMULATED
-from sunset.texts import shown
 from sunset.viewing import Viewed, check_comparable, check_page_file, is_shown, page_text
+from sunset_ros.rmw.backends import SIMULATED
+from sunset_ros.texts import shown
 
 _PAGE: Final = "run.html"
 """The page of a run, in a folder of its own, whose place is that of the record below the folder of stored runs."""

@@ -25,7 +25,8 @@ from sunset.recording import (
 )
 from sunset.source_files import package_version
 from sunset.system import loaded_extensions
-from sunset.texts import counted, shown
+from sunset.texts import counted
+from sunset_ros.texts import shown
 
 
 @dataclass

@@ -9,7 +9,7 @@ import yaml
 
 from sunset import __version__
 from sunset.errors import InvalidInputError
-from sunset.texts import shown
+from sunset_ros.texts import shown
 
 SOFTWARE: Final = "SUNSET: a ROS 2 exemplar for self-adaptation"
 ANONYMOUS: Final = "anonymous"

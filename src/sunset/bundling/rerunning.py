@@ -19,10 +19,10 @@ from sunset.experiments import campaign_managers, model_checksum, run_again
 from sunset.managing import MANAGERS, PREFIX
 from sunset.perception import list_models, load_model
 from sunset.recording import RunRecord
-from sunset.rmw.backends import SIMULATED
-from sunset.seeding import generator
 from sunset.source_files import import_from
 from sunset.texts import counted
+from sunset_ros.rmw.backends import SIMULATED
+from sunset_ros.seeding import generator
 
 _OF_THIS_COMPUTER: Final = {"versions", "manager_versions", "missing_walls", "manager_spec", "flight"}
 """Fields of a record that may differ in a second run: places, names, and versions."""

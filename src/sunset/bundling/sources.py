@@ -21,7 +21,7 @@ from sunset.managing.sources import partial_arguments, source_files
 from sunset.output_files import folder_name
 from sunset.recording import CampaignPlan
 from sunset.system import loaded_extensions
-from sunset.texts import printable
+from sunset_ros.texts import printable
 
 Files = dict[str, Path | bytes]
 """Name in the bundle → a file, or its content."""

@@ -18,7 +18,8 @@ from sunset.input_files import file_digest, read_text
 from sunset.perception import load_model
 from sunset.processes.workers import Progress
 from sunset.source_files import package_version
-from sunset.texts import counted, printable
+from sunset.texts import counted
+from sunset_ros.texts import printable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,7 +13,7 @@ from typing import Final, NoReturn
 from sunset.cli._parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_extensions
 from sunset.processes.forking import fill_standard_streams
 from sunset.shortage import complaint
-from sunset.texts import sentence
+from sunset_ros.texts import sentence
 
 EXIT_INTERRUPTED: Final = 130
 _SIGNALLED: Final = 128

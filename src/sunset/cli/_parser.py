@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any, Final, NamedTuple, NoReturn, TypeAlias
 
 import sunset
-from sunset.texts import sentence, suggestion
+from sunset_ros.texts import sentence, suggestion
 
 EXIT_BAD_INPUT: Final = 2
 

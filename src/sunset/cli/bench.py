@@ -22,7 +22,7 @@ from sunset.cli._options import (
 from sunset.cli._progress import run_progress
 from sunset.cli.report import print_table
 from sunset.errors import InvalidInputError
-from sunset.texts import printable
+from sunset_ros.texts import printable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

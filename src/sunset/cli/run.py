@@ -12,7 +12,7 @@ from sunset.api.running import DEFAULT_SCENARIO, keep_last_run
 from sunset.cli._options import add_flag, add_path, add_settings, print_next_steps, run_options
 from sunset.cli._progress import run_progress
 from sunset.errors import OutputError
-from sunset.texts import printable
+from sunset_ros.texts import printable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -17,8 +17,8 @@ from sunset.experiments import manager_checksum, prepare_runs, warn_of_walls
 from sunset.experiments.live import LiveSystem
 from sunset.harness.operator import NodeStatus, Operator
 from sunset.managing import EXTERNAL, MANAGERS
-from sunset.rmw.backends import LIVE, live_middleware
 from sunset.scenarios import Scenario
+from sunset_ros.rmw.backends import LIVE, live_middleware
 
 _REFRESH_S: Final = 0.5
 

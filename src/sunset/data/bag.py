@@ -37,10 +37,10 @@ from sunset.data.pairing import pair
 from sunset.data.pixels import dimensions, no_labels, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.image_digests import Pixels, remember_digest
-from sunset.interfaces import message_definition, type_hash
-from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.output_files import flush, unwritable
 from sunset.town import Frame
+from sunset_ros.interfaces import message_definition, type_hash
+from sunset_ros.interfaces.sensor_msgs.msg import Image
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 

@@ -13,10 +13,10 @@ from sunset.data.conventions import Reading
 from sunset.data.pixels import COLOUR_JPEG, COLOUR_PNG, DEPTH_PNG, FAR, LABEL_PNG, bgr_of, picture, raw_pixels
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
-from sunset.interfaces import deserialize, serialize
-from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
-from sunset.interfaces.stamps import ns_of, stamp_of
-from sunset.interfaces.std_msgs.msg import Header
+from sunset_ros.interfaces import deserialize, serialize
+from sunset_ros.interfaces.sensor_msgs.msg import CompressedImage, Image
+from sunset_ros.interfaces.stamps import ns_of, stamp_of
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 TOPICS: Final = MappingProxyType({"/rgb_raw": "bgr8", "/depth_raw": "16UC1", "/gt_segmentation": "8UC1"})
 """The topics of a bag and the encodings in which their images are written."""

@@ -13,7 +13,7 @@ from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.metrics import RunMetrics, score
 from sunset.processes.workers import Progress
 from sunset.recording import read_timeline
-from sunset.texts import shorten
+from sunset_ros.texts import shorten
 
 TOLERANCE: Final = 0.2
 """The tolerance of the live mean, as a share of the simulation's mean."""

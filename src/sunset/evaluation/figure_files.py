@@ -13,7 +13,8 @@ from sunset.evaluation.scores import ScoreTable, score_tables
 from sunset.figures import NEEDS_MATPLOTLIB, can_draw
 from sunset.output_files import draft_of_folder
 from sunset.processes.workers import Progress
-from sunset.texts import counted, printable
+from sunset.texts import counted
+from sunset_ros.texts import printable
 
 _SUFFIXES: Final = (".pdf", ".svg", ".png")
 

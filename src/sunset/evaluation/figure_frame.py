@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from sunset.evaluation.system_styles import INK, PAPER
 from sunset.figures import drawing, save_figure
-from sunset.texts import csv_text, printable
+from sunset.texts import csv_text
+from sunset_ros.texts import printable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

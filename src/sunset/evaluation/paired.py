@@ -11,7 +11,8 @@ from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.results import FIGURES, RunRow
 from sunset.tables import aligned
-from sunset.texts import counted, suggestion
+from sunset.texts import counted
+from sunset_ros.texts import suggestion
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -25,7 +25,8 @@ from sunset.evaluation.system_styles import PAPER, Style
 from sunset.figures import BLUE, can_draw
 from sunset.metrics import FATES
 from sunset.recording import SCORE_REFERENCES
-from sunset.texts import listed, printable
+from sunset.texts import listed
+from sunset_ros.texts import printable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,12 +13,12 @@ from sunset.experiments.run import run_prepared
 from sunset.experiments.settings import STORED, Settings, Timing
 from sunset.experiments.spec import RunSpec, scenario_of
 from sunset.flights import FlightSpec
-from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import MANAGERS, checksum, is_registered
 from sunset.recording import RunRecord, StoredRun, image_digests, read_messages, read_run
 from sunset.recording.reader import check_extensions, first_difference
-from sunset.rmw.backends import SIMULATED
-from sunset.texts import shown
+from sunset.system_interfaces.msg import Command
+from sunset_ros.rmw.backends import SIMULATED
+from sunset_ros.texts import shown
 
 _CAUSES: Final = {
     "model_checksums": "the model",

@@ -23,9 +23,9 @@ from sunset.perception import load_model
 from sunset.recording import PLAN_VERSION, SCORE_REFERENCES, TABLE_REFERENCES, CampaignPlan, StoredFlight
 from sunset.scenarios import Scenario, load_suite, split_hash, suite
 from sunset.schemas import check_fields
-from sunset.seeding import check_seed
 from sunset.system import REPAIR, loaded_extensions
-from sunset.texts import suggestion
+from sunset_ros.seeding import check_seed
+from sunset_ros.texts import suggestion
 
 _MOST_REPETITIONS: Final = 1000
 """All runs of a campaign are planned before the first one; of more, nothing would be seen for long."""

@@ -14,13 +14,14 @@ from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare_runs
 from sunset.experiments.run import run
 from sunset.experiments.spec import RunSpec
-from sunset.interfaces.system_interfaces.msg import Command
 from sunset.managing import is_registered
 from sunset.processes.workers import Progress, Stages, worker_pool
 from sunset.recording import read_messages
 from sunset.recording.reader import first_difference
 from sunset.system import COMMANDS_TOPIC
-from sunset.texts import counted, shorten
+from sunset.system_interfaces.msg import Command
+from sunset.texts import counted
+from sunset_ros.texts import shorten
 
 _HASH_SEED: Final = "PYTHONHASHSEED"
 _SHOWN: Final = 3

@@ -16,7 +16,7 @@ from sunset.errors import InvalidInputError, MissingExtraError, SunsetError
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.worker import Order, check_same, do_run, labelled_versions, on_worker
 from sunset.recording import RecordWriter
-from sunset.texts import shorten, shown
+from sunset_ros.texts import shorten, shown
 
 if TYPE_CHECKING:
     from distributed import Client, Worker

@@ -22,12 +22,7 @@ from sunset.harness.launcher import Launcher
 from sunset.harness.manager_process import ManagerSpec
 from sunset.harness.node_process import NodeSpec
 from sunset.harness.node_processes import NodeProcesses
-from sunset.interruption import held_signals
 from sunset.managing import EXTERNAL
-from sunset.rmw.backends import live_middleware
-from sunset.rmw.core.node import Middleware
-from sunset.rmw.core.port import qualified_name
-from sunset.ros import CallbackError, Context, SingleThreadedExecutor
 from sunset.system import (
     BAG_PLAYER,
     MANAGER_PROCESS,
@@ -38,6 +33,11 @@ from sunset.system import (
     current_system,
     full_name,
 )
+from sunset_ros import CallbackError, Context, SingleThreadedExecutor
+from sunset_ros.interruption import held_signals
+from sunset_ros.rmw.backends import live_middleware
+from sunset_ros.rmw.core.node import Middleware
+from sunset_ros.rmw.core.port import qualified_name
 
 _FIRST: Final = (BAG_PLAYER, SCENARIO_EXECUTOR)
 """Nodes that others wait for; they are started first, with the sensors, which take longest to be active."""

@@ -15,21 +15,21 @@ from sunset.experiments.resources import Resources
 from sunset.experiments.settings import RunTiming
 from sunset.experiments.spec import RunSpec
 from sunset.harness.supervisor import Phase, Supervisor
-from sunset.interfaces import Message
-from sunset.interfaces.rosgraph_msgs.msg import Clock
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.interruption import held_signals
 from sunset.managing import EXTERNAL
 from sunset.metrics import Timeline
 from sunset.names import base_name
-from sunset.rmw.backends import live_middleware
-from sunset.rmw.core.live import LiveObserver
-from sunset.rmw.core.port import EndpointKind, RequestId, qualified_name
-from sunset.rmw.core.tap import Tap
-from sunset.ros.context import Context
 from sunset.system import CLOCK_TOPIC, MANAGER_PROCESS, RESULT_TOPIC, TRUTH_TOPIC, current_system
+from sunset_ros.context import Context
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.rosgraph_msgs.msg import Clock
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.stamps import ns_of
+from sunset_ros.interfaces.std_srvs.srv import Trigger
+from sunset_ros.interruption import held_signals
+from sunset_ros.rmw.backends import live_middleware
+from sunset_ros.rmw.core.live import LiveObserver
+from sunset_ros.rmw.core.port import EndpointKind, RequestId, qualified_name
+from sunset_ros.rmw.core.tap import Tap
 
 _S = 10**9
 _NAMELESS = "a nameless node"

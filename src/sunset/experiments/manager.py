@@ -14,9 +14,9 @@ from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import EXTERNAL
 from sunset.processes.calls import Watch, call_isolated
 from sunset.processes.process import ProcessDeath, killed_error
-from sunset.ros import CallbackError
 from sunset.system import current_system
 from sunset.texts import described_error, line_text
+from sunset_ros import CallbackError
 
 _PACKAGE: Final = Path(__file__).parents[1]
 _STILL_S: Final = 60.0

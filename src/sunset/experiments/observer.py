@@ -6,29 +6,10 @@ It listens at the middleware, not at any node, so that it does not depend on cla
 from collections.abc import Collection
 from typing import Final, Protocol
 
-from sunset.interfaces import Message
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
-from sunset.interfaces.rcl_interfaces.srv import (
-    DescribeParameters,
-    GetParameters,
-    SetParameters,
-    SetParametersAtomically,
-)
-from sunset.interfaces.stamps import stamp_of
-from sunset.interfaces.system_interfaces.msg import Command
-from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing import ORACLE, Oracle
 from sunset.metrics import Evidence
 from sunset.names import base_name, ros_text
 from sunset.recording.logs import ROSOUT
-from sunset.rmw.core.port import EndpointKind, RequestId
-from sunset.rmw.core.tap import Tap
-from sunset.ros.exceptions import InvalidParameterTypeException
-from sunset.ros.lifecycle import TRANSITIONS, TransitionCallbackReturn
-from sunset.ros.parameter import parameter_value_to_python
 from sunset.system import (
     COMMANDS_TOPIC,
     DIAGNOSE,
@@ -47,7 +28,26 @@ from sunset.system import (
     full_name,
     short_name,
 )
-from sunset.texts import shorten
+from sunset.system_interfaces.msg import Command
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros.exceptions import InvalidParameterTypeException
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent, ParameterValue
+from sunset_ros.interfaces.rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
+from sunset_ros.interfaces.stamps import stamp_of
+from sunset_ros.lifecycle import TRANSITIONS, TransitionCallbackReturn
+from sunset_ros.parameter import parameter_value_to_python
+from sunset_ros.rmw.core.port import EndpointKind, RequestId
+from sunset_ros.rmw.core.tap import Tap
+from sunset_ros.texts import shorten
 
 _MOST_VIOLATIONS: Final = 20
 _OWN_PREFIXES: Final = (f"{NAMESPACE}/", "/experiment/")

@@ -5,8 +5,8 @@ from typing import cast
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.managing import ORACLE, KnownFault, KnownScenario, UnlistedFault
-from sunset.seeding import drawn_seed, generator
 from sunset.system import BAG_PLAYER, Fault, Value, current_system, unlisted
+from sunset_ros.seeding import drawn_seed, generator
 
 Parameters = dict[str, Value]
 

@@ -23,8 +23,6 @@ from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec, stored_faults
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.manager_process import ManagerSpec
-from sunset.interfaces.stamps import NS_PER_S, ns_of
-from sunset.interfaces.system_interfaces.msg import Command, FaultInjection
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import Evidence, RunMetrics, Timeline, score
 from sunset.processes.calls import Watch
@@ -38,10 +36,12 @@ from sunset.recording import (
     story_topics,
     timeline_of,
 )
-from sunset.rmw.backends import live_middleware
 from sunset.scenarios import Scenario
 from sunset.source_files import package_version
 from sunset.system import current_system, degradations_of, short_name, suite_size, system_with
+from sunset.system_interfaces.msg import Command, FaultInjection
+from sunset_ros.interfaces.stamps import NS_PER_S, ns_of
+from sunset_ros.rmw.backends import live_middleware
 
 _AT_ONCE_S: Final = 0.1
 """Faults that are due when the measured time begins are injected by then."""

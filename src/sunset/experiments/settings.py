@@ -13,12 +13,12 @@ from sunset.errors import InvalidInputError
 from sunset.flights import FlightSpec
 from sunset.perception import DEVICES
 from sunset.processes.workers import Stages
-from sunset.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset.scenarios import Scenario
 from sunset.schemas import check_fields
-from sunset.seeding import generator
 from sunset.system import DURATION_S, PERIOD_S, REPAIR, TASKS, is_topic_name
-from sunset.texts import shown
+from sunset_ros.rmw.backends import BACKENDS, LIVE, SIMULATED
+from sunset_ros.seeding import generator
+from sunset_ros.texts import shown
 
 MIDDLEWARES: Final = tuple(BACKENDS)
 

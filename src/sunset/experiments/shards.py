@@ -10,7 +10,8 @@ from typing import Final, TypeVar
 from sunset.errors import InvalidInputError, OutputError
 from sunset.output_files import make_folder
 from sunset.recording import PLAN_FILE
-from sunset.texts import counted, shown
+from sunset.texts import counted
+from sunset_ros.texts import shown
 
 _Item = TypeVar("_Item")
 

@@ -16,20 +16,8 @@ from sunset.harness.confined_manager import ManagerProcess
 from sunset.harness.executor import ScenarioExecutor
 from sunset.harness.launcher import Launcher
 from sunset.harness.supervisor import Phase, Supervisor
-from sunset.interfaces import Message, Service
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.srv import SetParameters, SetParametersAtomically
-from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.system_interfaces.msg import Command
-from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.names import base_name
 from sunset.processes.calls import Watch
-from sunset.rmw.remote import Gateway
-from sunset.rmw.sim import SimProcess, Simulation, Tap
-from sunset.ros import Context, Node, Parameter, SingleThreadedExecutor
-from sunset.ros._parameter_files import parse_value
-from sunset.seeding import generator
 from sunset.system import (
     BAG_PLAYER,
     EXPERIMENT,
@@ -39,6 +27,18 @@ from sunset.system import (
     current_system,
     full_name,
 )
+from sunset.system_interfaces.msg import Command
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros import Context, Node, Parameter, SingleThreadedExecutor
+from sunset_ros._parameter_files import parse_value
+from sunset_ros.interfaces import Message, Service
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.interfaces.rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from sunset_ros.interfaces.stamps import ns_of
+from sunset_ros.rmw.remote import Gateway
+from sunset_ros.rmw.sim import SimProcess, Simulation, Tap
+from sunset_ros.seeding import generator
 
 NodeFactory = Callable[[Context], Node]
 Around = Callable[[Callable[[], None]], None]

@@ -8,11 +8,11 @@ from sunset.experiments.settings import RunTiming, Settings
 from sunset.flights import FlightSpec
 from sunset.managing import EXTERNAL, split_label
 from sunset.recording import RunRecord, StoredFault
-from sunset.rmw.backends import LIVE
 from sunset.scenarios import After, Profile, Scenario, ScenarioFault, problems, suite_of
 from sunset.schemas import check_fields
-from sunset.seeding import check_seed
 from sunset.system import LoadedExtension, load_extension, loaded_extensions
+from sunset_ros.rmw.backends import LIVE
+from sunset_ros.seeding import check_seed
 
 DEFAULT_SCENARIO: Final = "camera_driver_issue+image_degradation"
 """The scenario of a run that names none: an outage with its ripples, and a degradation that looks like three others.

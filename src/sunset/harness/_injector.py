@@ -5,14 +5,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from sunset.interfaces import Service
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState, GetState
-from sunset.interfaces.rcl_interfaces.srv import SetParameters
-from sunset.ros.client import AnyClient
-from sunset.ros.node import Node
-from sunset.ros.parameter import Parameter
-from sunset.ros.task import Future
 from sunset.system import (
     FAULT_ACCESS,
     NAMESPACE,
@@ -21,6 +13,14 @@ from sunset.system import (
     current_system,
     full_name,
 )
+from sunset_ros.client import AnyClient
+from sunset_ros.interfaces import Service
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState, GetState
+from sunset_ros.interfaces.rcl_interfaces.srv import SetParameters
+from sunset_ros.node import Node
+from sunset_ros.parameter import Parameter
+from sunset_ros.task import Future
 
 _SERVICES: Final = MappingProxyType(
     {SetParameters: "set_parameters", ChangeState: "change_state", GetState: "get_state"}

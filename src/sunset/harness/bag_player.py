@@ -6,20 +6,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from sunset.errors import ParameterError
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-from sunset.interfaces.rosgraph_msgs.msg import Clock
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.stamps import NS_PER_S, stamp_of
-from sunset.interfaces.std_msgs.msg import Header
-from sunset.interfaces.std_srvs.srv import Trigger
 from sunset.nodes.images import image_of_bgr, image_of_depth, image_of_labels
-from sunset.ros.node import Node
 from sunset.system import BAG_PLAYER, CLOCK_TOPIC, SENSOR_TOPICS, TRUTH_TOPIC
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from sunset_ros.interfaces.rosgraph_msgs.msg import Clock
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.stamps import NS_PER_S, stamp_of
+from sunset_ros.interfaces.std_msgs.msg import Header
+from sunset_ros.interfaces.std_srvs.srv import Trigger
+from sunset_ros.node import Node
 
 if TYPE_CHECKING:
     from sunset.data import BagReader
-    from sunset.ros.timer import Timer
+    from sunset_ros.timer import Timer
 
 
 class BagPlayer(Node):

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable
 
-from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.ros.client import Client
-from sunset.ros.context import Context
-from sunset.ros.node import Node
-from sunset.ros.task import Future
+from sunset_ros.client import Client
+from sunset_ros.context import Context
+from sunset_ros.interfaces.std_srvs.srv import Trigger
+from sunset_ros.node import Node
+from sunset_ros.task import Future
 
 
 class Conductor(Node):

@@ -39,13 +39,14 @@ from sunset.processes.calls import Patience
 from sunset.processes.process import Process, ProcessDeath, copy_process, killed_error
 from sunset.processes.server import ForkServer, shared_server
 from sunset.recording import PLAN_FILE, RUN_FILE
-from sunset.rmw.remote import EndError, Gateway, Pipe, PipeError, RaisedError, SilenceError
-from sunset.ros import Context
 from sunset.scenarios import load_scenario
 from sunset.scenarios.split_files import is_scenario_file
 from sunset.source_files import modules_beside
 from sunset.system import loaded_extensions
-from sunset.texts import line_text, printable, shorten
+from sunset.texts import line_text
+from sunset_ros import Context
+from sunset_ros.rmw.remote import EndError, Gateway, Pipe, PipeError, RaisedError, SilenceError
+from sunset_ros.texts import printable, shorten
 
 _LONGEST: Final = 2000
 """Longest failure text, in characters."""

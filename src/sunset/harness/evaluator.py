@@ -6,13 +6,13 @@ import numpy as np
 
 from sunset.classes import CLASS_OF_CARLA_ID, IGNORED
 from sunset.errors import DataError
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header
-from sunset.interfaces.system_interfaces.msg import FrameEvaluation
 from sunset.metrics import ClassCounts, count_classes, image_iou
 from sunset.nodes.images import array_of_labels, stamp_ns
-from sunset.ros.node import Node
 from sunset.system import EVALUATION_TOPIC, RESULT_TOPIC, TRUTH_TOPIC
+from sunset.system_interfaces.msg import FrameEvaluation
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header
+from sunset_ros.node import Node
 
 _WAITING: Final = 100
 """How many frames without a partner are kept: ten seconds at 10 Hz."""

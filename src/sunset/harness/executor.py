@@ -8,16 +8,8 @@ from typing import Any, cast
 from sunset.harness._injector import Answer, Injector
 from sunset.harness._occurrence import Occurrence, course
 from sunset.harness._world import World
-from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
-from sunset.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterEvent
-from sunset.interfaces.stamps import NS_PER_S, stamp_of
-from sunset.interfaces.std_srvs.srv import Trigger
-from sunset.interfaces.system_interfaces.msg import FaultEnd, FaultInjection
 from sunset.names import ros_text
 from sunset.nodes.base import call_later
-from sunset.ros.node import Node
-from sunset.ros.parameter import Parameter
-from sunset.ros.task import Future
 from sunset.scenarios.loading import load_scenario
 from sunset.scenarios.schema import Scenario
 from sunset.system import (
@@ -34,7 +26,15 @@ from sunset.system import (
     full_name,
     short_name,
 )
+from sunset.system_interfaces.msg import FaultEnd, FaultInjection
 from sunset.texts import counted
+from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterEvent
+from sunset_ros.interfaces.stamps import NS_PER_S, stamp_of
+from sunset_ros.interfaces.std_srvs.srv import Trigger
+from sunset_ros.node import Node
+from sunset_ros.parameter import Parameter
+from sunset_ros.task import Future
 
 
 class ScenarioExecutor(Node):

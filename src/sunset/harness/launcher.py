@@ -3,16 +3,16 @@
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.names import base_name
-from sunset.ros.client import AnyClient
-from sunset.ros.context import Context
-from sunset.ros.node import Node
-from sunset.ros.timer import Timer
 from sunset.system import DIAGNOSTICS_TOPIC, NAMESPACE
-from sunset.texts import shorten, suggestion
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros.client import AnyClient
+from sunset_ros.context import Context
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.node import Node
+from sunset_ros.texts import shorten, suggestion
+from sunset_ros.timer import Timer
 
 _GRACE_S = 1.0
 """How long a node may take to shut down through its lifecycle before its process is killed."""

@@ -4,18 +4,18 @@ from math import radians, tan
 from typing import Any, ClassVar, Final
 
 from sunset.harness.bag_player import BagPlayer
-from sunset.interfaces.builtin_interfaces.msg import Time
-from sunset.interfaces.geometry_msgs.msg import Quaternion, Transform, TransformStamped
-from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange
-from sunset.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
-from sunset.interfaces.sensor_msgs.msg import CameraInfo
-from sunset.interfaces.stamps import stamp_of
-from sunset.interfaces.std_msgs.msg import Header
-from sunset.interfaces.tf2_msgs.msg import TFMessage
-from sunset.ros.clock import Clock
-from sunset.ros.qos import DurabilityPolicy, QoSProfile
-from sunset.ros.time import ClockType
 from sunset.system import NAMESPACE
+from sunset_ros.clock import Clock
+from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.geometry_msgs.msg import Quaternion, Transform, TransformStamped
+from sunset_ros.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange
+from sunset_ros.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
+from sunset_ros.interfaces.sensor_msgs.msg import CameraInfo
+from sunset_ros.interfaces.stamps import stamp_of
+from sunset_ros.interfaces.std_msgs.msg import Header
+from sunset_ros.interfaces.tf2_msgs.msg import TFMessage
+from sunset_ros.qos import DurabilityPolicy, QoSProfile
+from sunset_ros.time import ClockType
 
 _TICK_S: Final = 0.01
 """Time between two messages on `/clock`, as they show it."""

@@ -21,13 +21,14 @@ from sunset.managing import (
     is_registered,
     load_manager,
 )
-from sunset.rmw.core.port import CallbackError
-from sunset.rmw.remote import Pipe, PipeError, RemoteProcess
-from sunset.ros import Context, Parameter, SingleThreadedExecutor
 from sunset.source_files import LIBRARIES
 from sunset.system import load_extension
 from sunset.system.vocabulary import Value
-from sunset.texts import described_error, line_text, shorten
+from sunset.texts import described_error, line_text
+from sunset_ros import Context, Parameter, SingleThreadedExecutor
+from sunset_ros.rmw.core.port import CallbackError
+from sunset_ros.rmw.remote import Pipe, PipeError, RemoteProcess
+from sunset_ros.texts import shorten
 
 ENTRY: Final = f"{__name__}:run_manager"
 """The function that the process calls, as of `ForkServer`."""

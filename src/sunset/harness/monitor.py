@@ -4,12 +4,6 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Final
 
-from sunset.interfaces import Message, get_message
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
-from sunset.interfaces.system_interfaces.msg import SetBlackboardGroup
-from sunset.ros.node import Node
-from sunset.ros.parameter import Parameter
 from sunset.system import (
     BLACKBOARD_TOPIC,
     DIAGNOSTICS_TOPIC,
@@ -23,6 +17,12 @@ from sunset.system import (
     heartbeat_entry,
     state_entry,
 )
+from sunset.system_interfaces.msg import SetBlackboardGroup
+from sunset_ros.interfaces import Message, get_message
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
+from sunset_ros.node import Node
+from sunset_ros.parameter import Parameter
 
 _PERIOD_S: Final = 0.1
 

@@ -16,10 +16,6 @@ import msgspec
 from sunset.errors import InvalidInputError, ManagerError, SunsetError
 from sunset.harness.deployment import deployed_parameters
 from sunset.processes.server import ForkServer, shared_server
-from sunset.rmw.backends import LIVE, live_middleware
-from sunset.rmw.core.port import CallbackError
-from sunset.ros import Context, Node, SingleThreadedExecutor
-from sunset.ros.signals import install_signal_handlers
 from sunset.shortage import complaint
 from sunset.system import (
     HARNESS,
@@ -29,6 +25,10 @@ from sunset.system import (
     loaded_extensions,
     system_with,
 )
+from sunset_ros import Context, Node, SingleThreadedExecutor
+from sunset_ros.rmw.backends import LIVE, live_middleware
+from sunset_ros.rmw.core.port import CallbackError
+from sunset_ros.signals import install_signal_handlers
 
 MANAGER_FAILED: Final = 3
 """The exit code of a process whose confined managing system has failed; its last line says how."""

@@ -7,13 +7,8 @@ from typing import Final, cast
 
 from sunset.harness.conductor import Conductor
 from sunset.harness.node_processes import NodeProcesses
-from sunset.interfaces import Message
-from sunset.interfaces.system_interfaces.msg import FrameEvaluation, SetBlackboardGroup
 from sunset.managing.symptoms import read_parameters
 from sunset.nodes.base import call_later
-from sunset.ros.clock import Clock
-from sunset.ros.context import Context
-from sunset.ros.time import ClockType
 from sunset.system import (
     BAG_PLAYER,
     BLACKBOARD_TOPIC,
@@ -25,6 +20,11 @@ from sunset.system import (
     frequency_entry,
     state_entry,
 )
+from sunset.system_interfaces.msg import FrameEvaluation, SetBlackboardGroup
+from sunset_ros.clock import Clock
+from sunset_ros.context import Context
+from sunset_ros.interfaces import Message
+from sunset_ros.time import ClockType
 
 _LONGEST: Final = 20
 _FORGOTTEN_NS: Final = 2 * 10**9

@@ -6,10 +6,7 @@ from typing import Final
 
 from sunset.errors import ScenarioError
 from sunset.harness.conductor import Conductor
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset.interfaces.system_interfaces.msg import ExperimentLogging
 from sunset.nodes.base import call_later
-from sunset.ros.context import Context
 from sunset.system import (
     DIAGNOSTICS_TOPIC,
     EXPERIMENT,
@@ -20,6 +17,9 @@ from sunset.system import (
     current_system,
     full_name,
 )
+from sunset.system_interfaces.msg import ExperimentLogging
+from sunset_ros.context import Context
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
 
 _SILENT_NS: Final = round(SILENCE_S * 10**9)
 """Time since its last heartbeat after which a node may have ended."""

@@ -4,24 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from inspect import isasyncgen, iscoroutine, isgenerator
 from typing import Any, ClassVar, Final, cast
 
-from sunset.interfaces.lifecycle_msgs.msg import Transition
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
-from sunset.interfaces.rcl_interfaces.srv import SetParameters
-from sunset.interfaces.system_interfaces.msg import Diagnosis, SetBlackboardGroup
-from sunset.interfaces.system_interfaces.srv import Redeploy
 from sunset.managing.greeting import make_greeting
 from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, read_parameters
 from sunset.names import base_name
-from sunset.ros.client import AnyClient
-from sunset.ros.context import Context
-from sunset.ros.exceptions import NotInitializedException
-from sunset.ros.node import Node
-from sunset.ros.parameter import Parameter
-from sunset.ros.publisher import Publisher
-from sunset.ros.subscription import Subscription
-from sunset.ros.task import Future
-from sunset.ros.timer import Timer
 from sunset.system.vocabulary import (
     BLACKBOARD_TOPIC,
     DIAGNOSIS_TOPIC,
@@ -31,7 +16,22 @@ from sunset.system.vocabulary import (
     full_name,
     node_names,
 )
-from sunset.texts import shorten, shown, suggestion
+from sunset.system_interfaces.msg import Diagnosis, SetBlackboardGroup
+from sunset.system_interfaces.srv import Redeploy
+from sunset_ros.client import AnyClient
+from sunset_ros.context import Context
+from sunset_ros.exceptions import NotInitializedException
+from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.interfaces.rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from sunset_ros.interfaces.rcl_interfaces.srv import SetParameters
+from sunset_ros.node import Node
+from sunset_ros.parameter import Parameter
+from sunset_ros.publisher import Publisher
+from sunset_ros.subscription import Subscription
+from sunset_ros.task import Future
+from sunset_ros.texts import shorten, shown, suggestion
+from sunset_ros.timer import Timer
 
 LONGEST_THOUGHT_S: Final = 3600.0
 """The longest time to think; no experiment measures more."""

@@ -4,13 +4,9 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any, Final
 
-from sunset.interfaces.parameters import scalar_of
-from sunset.interfaces.rcl_interfaces.srv import GetParameters
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.tools import Wiring
-from sunset.ros.client import AnyClient
-from sunset.ros.task import Future
 from sunset.system.vocabulary import (
     Adaptation,
     AdaptationKind,
@@ -22,6 +18,10 @@ from sunset.system.vocabulary import (
     described_views,
     full_name,
 )
+from sunset_ros.client import AnyClient
+from sunset_ros.interfaces.parameters import scalar_of
+from sunset_ros.interfaces.rcl_interfaces.srv import GetParameters
+from sunset_ros.task import Future
 
 Setting = tuple[str, str]
 """A node and its parameter; the parameter is empty for whether the node is active."""

@@ -6,8 +6,6 @@ from typing import Final, cast
 
 import numpy as np
 
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.tools import Waits, Wiring, request
@@ -23,6 +21,8 @@ from sunset.system.vocabulary import (
     redeploy,
     restart,
 )
+from sunset.system_interfaces.msg import SensorFusion
+from sunset_ros.interfaces.sensor_msgs.msg import Image
 
 _SLOWEST_S: Final = 0.05  # no node takes longer for a frame
 _EFFECT_S: Final = 0.3  # three frames, in which an adaptation shows its effect

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from sunset.errors import ManagerError
-from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.system_interfaces.msg import FaultEnd, FaultInjection
 from sunset.managing.base import ManagingSystem
 from sunset.managing.configuration import Configuration, Setting, settings_of, settings_without
 from sunset.managing.known import KnownFault, KnownScenario
@@ -25,6 +23,8 @@ from sunset.system.vocabulary import (
     described_nodes,
     full_name,
 )
+from sunset.system_interfaces.msg import FaultEnd, FaultInjection
+from sunset_ros.interfaces.stamps import ns_of
 
 ORACLE: Final = "oracle"
 """The name of the managing system to which the harness gives the scenario."""

@@ -18,9 +18,9 @@ from sunset.errors import ManagerError
 from sunset.managing.base import LONGEST_THOUGHT_S, ManagingSystem
 from sunset.managing.command import Command, parse_command
 from sunset.managing.symptoms import Symptoms
-from sunset.ros.task import Future
 from sunset.system.vocabulary import AdaptationKind, Value, node_names
-from sunset.texts import shorten, suggestion
+from sunset_ros.task import Future
+from sunset_ros.texts import shorten, suggestion
 
 _LONGEST: Final = 2**20
 """The longest line of a program's output, in bytes."""

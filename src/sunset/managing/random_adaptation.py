@@ -5,8 +5,8 @@ from typing import Final, cast
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.tools import Thresholds, request
-from sunset.seeding import generator
 from sunset.system.vocabulary import Adaptation, Failure, described_failures, described_faults
+from sunset_ros.seeding import generator
 
 _SHARE: Final = 0.1
 """Share of calls of `adapt` during a failure in which it adapts: once in two seconds, on average."""

@@ -4,8 +4,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Final, NoReturn
 
-from sunset.interfaces.parameters import scalar_of
-from sunset.interfaces.rcl_interfaces.msg import Parameter
 from sunset.names import base_name
 from sunset.system.vocabulary import (
     ENTROPY_SIGNAL,
@@ -20,7 +18,9 @@ from sunset.system.vocabulary import (
     state_entry,
     topic_names,
 )
-from sunset.texts import shorten, suggestion
+from sunset_ros.interfaces.parameters import scalar_of
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter
+from sunset_ros.texts import shorten, suggestion
 
 FloatOrNaN = Annotated[float, "NaN until it is measured"]
 """A measured number, or NaN until it is measured. NaN is neither over nor under any threshold."""

@@ -5,7 +5,6 @@ from typing import cast
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
-from sunset.ros.task import Future
 from sunset.system.vocabulary import (
     Adaptation,
     AdaptationKind,
@@ -14,6 +13,7 @@ from sunset.system.vocabulary import (
     full_name,
     topic_names,
 )
+from sunset_ros.task import Future
 
 
 class Wiring:

@@ -7,21 +7,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Final, TypeVar, cast
 
 from sunset.errors import ParameterError
-from sunset.interfaces import Message
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from sunset.interfaces.lifecycle_msgs.srv import ChangeState
-from sunset.interfaces.rcl_interfaces.msg import ParameterEvent, SetParametersResult
-from sunset.interfaces.std_msgs.msg import Header
 from sunset.nodes.parameters import FaultParameter, NodeParameter, bound_parameters
-from sunset.ros._node_parameters import Changes
-from sunset.ros.context import Context
-from sunset.ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from sunset.ros.node import Node
-from sunset.ros.parameter import Parameter
-from sunset.ros.publisher import Publisher
-from sunset.ros.qos import qos_profile_parameter_events
-from sunset.ros.subscription import AnySubscription
-from sunset.ros.task import Future
 from sunset.system import (
     DIAGNOSTICS_TOPIC,
     FAULT_ACCESS,
@@ -30,7 +16,21 @@ from sunset.system import (
     NAMESPACE,
     current_system,
 )
-from sunset.texts import suggestion
+from sunset_ros._node_parameters import Changes
+from sunset_ros.context import Context
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent, SetParametersResult
+from sunset_ros.interfaces.std_msgs.msg import Header
+from sunset_ros.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from sunset_ros.node import Node
+from sunset_ros.parameter import Parameter
+from sunset_ros.publisher import Publisher
+from sunset_ros.qos import qos_profile_parameter_events
+from sunset_ros.subscription import AnySubscription
+from sunset_ros.task import Future
+from sunset_ros.texts import suggestion
 
 _HEARTBEAT_S: Final = 0.1
 

@@ -3,12 +3,12 @@
 from collections import deque
 
 from sunset.faults import defocus_image, degrade_image, sharpness
-from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, image_of_bgr
 from sunset.nodes.parameters import FaultParameter, NodeParameter, action
-from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
 from sunset.system import BLUR_SIGMA, IMAGE_DEGRADATION_RANGE, WINDOW
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.lifecycle import LifecycleState, TransitionCallbackReturn
 
 
 class Camera(AdaptiveNode):

@@ -1,12 +1,12 @@
 """The depth camera: publishes the recorded depth images, with noise if it is degraded."""
 
 from sunset.faults import degrade_depth
-from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_depth, image_of_depth, stamp_ns
 from sunset.nodes.parameters import NodeParameter
-from sunset.seeding import MAX_SEED, generator
 from sunset.system import DEPTH_DEGRADATION_RANGE
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.seeding import MAX_SEED, generator
 
 
 class Depth(AdaptiveNode):

@@ -1,11 +1,11 @@
 """The image enhancement: undoes a degradation of colour images."""
 
 from sunset.faults import enhance_image
-from sunset.interfaces.sensor_msgs.msg import Image
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, image_of_bgr
 from sunset.nodes.parameters import NodeParameter
 from sunset.system import IMAGE_DEGRADATION_RANGE, get_fault
+from sunset_ros.interfaces.sensor_msgs.msg import Image
 
 
 class ImageEnhancement(AdaptiveNode):

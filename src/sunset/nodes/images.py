@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import DataError
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.std_msgs.msg import Header
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.stamps import ns_of
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 BGR: Final = "bgr8"
 DEPTH: Final = "16UC1"

@@ -5,10 +5,10 @@ import sys
 from collections.abc import Callable
 from typing import Any, Final, Generic, Protocol, Self, TypeVar, overload
 
-from sunset.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-from sunset.ros.exceptions import NameValidationException
 from sunset.system import FAULT_ACCESS, NAMESPACE, current_system, is_topic_name, short_name
-from sunset.texts import suggestion
+from sunset_ros.exceptions import NameValidationException
+from sunset_ros.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from sunset_ros.texts import suggestion
 
 ValueT = TypeVar("ValueT", bound=bool | int | float | str)
 

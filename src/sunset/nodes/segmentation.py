@@ -4,13 +4,13 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 from sunset.errors import DataError
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.system_interfaces.msg import SensorFusion
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_labels
 from sunset.nodes.parameters import FaultParameter, NodeParameter
-from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
 from sunset.system import get_fault
+from sunset.system_interfaces.msg import SensorFusion
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.lifecycle import LifecycleState, TransitionCallbackReturn
 
 if TYPE_CHECKING:
     import numpy as np

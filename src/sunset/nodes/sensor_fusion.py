@@ -4,14 +4,14 @@ from typing import Final
 
 from sunset.errors import DataError
 from sunset.faults import REFERENCE_WIDTH, misalign_image
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.std_msgs.msg import Header
-from sunset.interfaces.system_interfaces.msg import FusionType, SensorFusion
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, image_of_bgr, stamp_ns
 from sunset.nodes.pairing import SET_BACK_NS, PairMatcher
 from sunset.nodes.parameters import FaultParameter, NodeParameter, TopicParameter, action
-from sunset.ros.lifecycle import LifecycleState, TransitionCallbackReturn
+from sunset.system_interfaces.msg import FusionType, SensorFusion
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.std_msgs.msg import Header
+from sunset_ros.lifecycle import LifecycleState, TransitionCallbackReturn
 
 _WAITING: Final = 10
 """Images of one sensor that wait for the other's; one second at 10 Hz."""

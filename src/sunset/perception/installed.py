@@ -12,7 +12,7 @@ from typing import Final
 
 from sunset.errors import ModelError
 from sunset.perception.card import CARD_NAME
-from sunset.texts import suggestion
+from sunset_ros.texts import suggestion
 
 OFFERED: Final[Mapping[str, str]] = {"reference": "pip install ./models/reference"}
 """Models of other distributions, and the command that installs each in a clone of SUNSET's repository."""

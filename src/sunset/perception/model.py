@@ -15,7 +15,7 @@ from sunset.perception.card import CARD_NAME, Modality, ModelCard
 from sunset.perception.engine import open_session
 from sunset.perception.installed import find_model, missing_model_error
 from sunset.perception.severities import with_severities
-from sunset.texts import shown
+from sunset_ros.texts import shown
 
 _LARGEST: Final = 2**31
 """The greatest size of an ONNX file in bytes."""

@@ -9,7 +9,7 @@ import warnings
 from contextlib import suppress
 from typing import Final
 
-from sunset.interruption import ENDING, noted_signals
+from sunset_ros.interruption import ENDING, noted_signals
 
 ONE_THREAD: Final = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """A node computes little but inference, which has one thread anyway; idle threads cost time to start."""

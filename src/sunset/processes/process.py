@@ -17,7 +17,6 @@ from typing import IO, Final, Self
 
 from sunset.confinement.walls import MEMORY, limit_memory
 from sunset.errors import SunsetError
-from sunset.interruption import ENDING
 from sunset.processes.forking import fork
 from sunset.processes.keeper import (
     NOT_STARTED,
@@ -29,6 +28,7 @@ from sunset.processes.keeper import (
     remove_folder,
     send_document,
 )
+from sunset_ros.interruption import ENDING
 
 _MOST_SHOWN: Final = 1 << 20
 """Bytes of a process's output that are shown."""

@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import Any, Final, TypeVar
 
 from sunset.errors import InvalidInputError, SunsetError
-from sunset.texts import shown
+from sunset_ros.texts import shown
 
 _QUOTA: Final = Path("/sys/fs/cgroup/cpu.max")
 """A container's quota of the processors' time, and its period."""

@@ -12,7 +12,6 @@ from typing import Final
 
 import numpy as np
 
-from sunset.interfaces.system_interfaces.msg import FaultInjection, FrameEvaluation
 from sunset.metrics import (
     ExecutedAdaptation,
     Samples,
@@ -26,6 +25,7 @@ from sunset.published.script import ANALYZER, EVALUATOR, EXECUTED, EXECUTOR, PLA
 from sunset.recording import check_extensions, measured_topics, read_messages, read_run, timeline_of
 from sunset.recording.timelines import start_of
 from sunset.system import ENTROPY_SIGNAL, Failure, current_system, full_name
+from sunset.system_interfaces.msg import FaultInjection, FrameEvaluation
 
 _LOOK_S: Final = 0.2  # time between two looks at a symptom [s]
 _NEWS_S: Final = 0.15

@@ -20,7 +20,8 @@ from sunset.processes.workers import Progress
 from sunset.published.log_files import find_logs, read_log
 from sunset.published.run_logs import log_of_run
 from sunset.published.script import OWN_FIGURES, LogFigures, log_figures
-from sunset.texts import printable, tallied
+from sunset.texts import tallied
+from sunset_ros.texts import printable
 
 _RENDERERS: Final = MappingProxyType({"table": as_text, "latex": as_latex, "html": as_html})
 PAPER_FORMATS: Final = (*_RENDERERS, "json")

@@ -19,10 +19,10 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 
 from sunset.bag_files import open_bag
 from sunset.errors import RecordError
-from sunset.interfaces import get_message, message_definition, type_hash, type_name
-from sunset.interfaces.system_interfaces.msg import ImageDigest
 from sunset.recording.values import Payload
 from sunset.shortage import shortage
+from sunset.system_interfaces.msg import ImageDigest
+from sunset_ros.interfaces import get_message, message_definition, type_hash, type_name
 
 _FILE: Final = "messages.mcap"
 _METADATA: Final = "metadata.yaml"

@@ -19,15 +19,15 @@ import numpy.typing as npt
 from sunset.classes import CLASS_OF_CARLA_ID, PALETTE
 from sunset.errors import RecordError
 from sunset.image_digests import digest_of, image_digest
-from sunset.interfaces import Message, serialize, type_name
-from sunset.interfaces.parameters import scalar_of
-from sunset.interfaces.sensor_msgs.msg import CompressedImage, Image
-from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.std_msgs.msg import Float64
-from sunset.interfaces.system_interfaces.msg import ImageDigest, SensorFusion, SetBlackboardGroup
 from sunset.recording._bag import BagWriter, read_bag
 from sunset.recording.values import Payload, RecordedMessage
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
+from sunset.system_interfaces.msg import ImageDigest, SensorFusion, SetBlackboardGroup
+from sunset_ros.interfaces import Message, serialize, type_name
+from sunset_ros.interfaces.parameters import scalar_of
+from sunset_ros.interfaces.sensor_msgs.msg import CompressedImage, Image
+from sunset_ros.interfaces.stamps import ns_of
+from sunset_ros.interfaces.std_msgs.msg import Float64
 
 IMAGES_FILE: Final = "images.mcap"
 """The file of a record with its images, if they were kept."""

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from sunset.interfaces.rcl_interfaces.msg import Log
 from sunset.recording.timelines import start_of
 from sunset.recording.values import RecordedMessage
+from sunset_ros.interfaces.rcl_interfaces.msg import Log
 
 ROSOUT: Final = "/rosout"
 """The topic on which nodes log."""

@@ -15,7 +15,7 @@ from sunset.recording.reader import check_extensions, read_messages
 from sunset.recording.schema import RunRecord, differences, read_run
 from sunset.recording.story import Event, events_of, print_story
 from sunset.recording.timelines import measured_topics, timeline_of
-from sunset.texts import shorten
+from sunset_ros.texts import shorten
 
 if TYPE_CHECKING:
     from pandas import DataFrame

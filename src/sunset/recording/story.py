@@ -12,7 +12,8 @@ from sunset.recording.causes import Cause
 from sunset.recording.logs import LogLine
 from sunset.recording.schema import RunRecord
 from sunset.system import current_system, find_fault
-from sunset.texts import counted, printable, shorten
+from sunset.texts import counted
+from sunset_ros.texts import printable, shorten
 
 Event = tuple[float, str, str]
 """Seconds from the injection, the kind of event, such as `symptom`, and the event in words."""

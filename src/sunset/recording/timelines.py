@@ -10,13 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import RecordError
-from sunset.interfaces import Message, type_name
-from sunset.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset.interfaces.lifecycle_msgs.msg import TransitionEvent
-from sunset.interfaces.parameters import scalar_of
-from sunset.interfaces.rcl_interfaces.msg import ParameterEvent
-from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.system_interfaces import msg
 from sunset.metrics import (
     NUMBER_OF_CLASSES,
     Command,
@@ -47,6 +40,13 @@ from sunset.system import (
     current_system,
     full_name,
 )
+from sunset.system_interfaces import msg
+from sunset_ros.interfaces import Message, type_name
+from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent
+from sunset_ros.interfaces.parameters import scalar_of
+from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent
+from sunset_ros.interfaces.stamps import ns_of
 
 _OTHERS: Final = (
     COMMANDS_TOPIC,

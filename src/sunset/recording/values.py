@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from msgspec import Struct
 
 from sunset.errors import InterfaceError, RecordError
-from sunset.interfaces import Message, deserialize, get_message
+from sunset_ros.interfaces import Message, deserialize, get_message
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,13 +10,13 @@ from typing import Final, Self
 import msgspec
 
 from sunset.errors import OutputError
-from sunset.interfaces import Message, serialize, type_name
 from sunset.output_files import flush, unwritable
 from sunset.recording._bag import write_bag
 from sunset.recording.images import ImageWriter, without_pixels
 from sunset.recording.schema import RUN_FILE, RunRecord
 from sunset.recording.values import Payload, RecordedMessage, digest_of
 from sunset.schemas import document_text
+from sunset_ros.interfaces import Message, serialize, type_name
 
 _SUFFIX: Final = ".partial"
 _HANDED_OVER: Final = "messages"

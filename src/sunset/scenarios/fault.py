@@ -11,7 +11,7 @@ from msgspec import Meta
 from sunset.errors import MALFORMED_YAML, ScenarioError
 from sunset.schemas import check_fields
 from sunset.system import PERIOD_S, Adaptation, Fault, Value, get_fault
-from sunset.texts import shown, suggestion
+from sunset_ros.texts import shown, suggestion
 
 STEP: Final = "step"
 RAMP: Final = "ramp"

@@ -17,7 +17,7 @@ from sunset.scenarios.schema import Scenario
 from sunset.scenarios.split_files import is_scenario_file, read_split, scenario_files
 from sunset.scenarios.splits import SPLITS, WILD
 from sunset.system import System, all_suites, current_system, find_fault, scenario_name
-from sunset.texts import shown, suggestion
+from sunset_ros.texts import shown, suggestion
 
 _DRAWN: Final = re.compile(rf"({'|'.join(split for split in SPLITS if split != WILD)})-\d+")
 """The name of a scenario of a split, except the split with the name of a suite."""

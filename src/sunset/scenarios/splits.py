@@ -20,9 +20,9 @@ from sunset.flights import TIMES, FlightSpec
 from sunset.scenarios.fault import INTERMITTENT, RAMP, STEP, After, Profile, ScenarioFault
 from sunset.scenarios.schema import Scenario
 from sunset.schemas import check_fields
-from sunset.seeding import check_seed, generator
 from sunset.system import current_system, excluding_pairs, get_fault, unlisted_names
-from sunset.texts import shown, suggestion
+from sunset_ros.seeding import check_seed, generator
+from sunset_ros.texts import shown, suggestion
 
 if TYPE_CHECKING:
     import numpy as np

@@ -17,7 +17,7 @@ from sunset.system.extension import Extension, names_in_suite
 from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
 from sunset.system.names import full_name
 from sunset.system.system import System
-from sunset.texts import suggestion
+from sunset_ros.texts import suggestion
 
 _PAIR: Final = 2
 

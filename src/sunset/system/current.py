@@ -21,7 +21,7 @@ from sunset.system.extension import Extension, Suite, names_in_suite
 from sunset.system.loading import LoadedExtension, import_extension
 from sunset.system.paper import PAPER
 from sunset.system.system import System
-from sunset.texts import suggestion
+from sunset_ros.texts import suggestion
 
 
 @dataclass(eq=False)

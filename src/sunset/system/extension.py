@@ -23,7 +23,7 @@ from sunset.system.description import (
     View,
 )
 from sunset.system.names import scenario_name
-from sunset.texts import shorten
+from sunset_ros.texts import shorten
 
 Suite: TypeAlias = Annotated[
     tuple[tuple[str, ...], ...] | str, Meta(description="tuples of faults or a YAML text")

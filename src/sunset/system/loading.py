@@ -12,7 +12,8 @@ from sunset.errors import ExtensionError
 from sunset.input_files import file_digest
 from sunset.source_files import compiled_checksum, import_file, import_place
 from sunset.system.extension import Extension
-from sunset.texts import described_error, suggestion
+from sunset.texts import described_error
+from sunset_ros.texts import suggestion
 
 _GROUP: Final = "sunset.extensions"
 """The group of entry points of installed extensions."""

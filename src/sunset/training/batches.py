@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from sunset.classes import CLASSES, IGNORED
 from sunset.errors import DataError
-from sunset.seeding import generator
 from sunset.training.inputs import HEIGHT, WIDTH
+from sunset_ros.seeding import generator
 
 _ARRAYS: Final = ("bgr", "depth", "labels")
 

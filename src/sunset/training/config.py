@@ -7,10 +7,10 @@ from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.perception.card import check_name
-from sunset.seeding import check_seed
 from sunset.training.architecture import Layer
 from sunset.training.lite import LiteShape
 from sunset.training.reference import ReferenceShape
+from sunset_ros.seeding import check_seed
 
 MODALITIES: Final = ("rgb", "depth", "fusion")
 """The networks of a model; the fusion needs both others."""

@@ -24,10 +24,10 @@ from sunset.data import read_bag
 from sunset.errors import DataError
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device
-from sunset.seeding import generator
 from sunset.system import LoadedExtension, load_extension, loaded_extensions
 from sunset.training.batches import Images
 from sunset.training.over_frames import Arrays, LookOptions, over_frames
+from sunset_ros.seeding import generator
 
 BAND: Final = (0.5, 0.75)
 """A fault at suite strength should leave this share of the nominal IoU."""

@@ -18,9 +18,7 @@ from torch.nn import functional
 
 from sunset.classes import IGNORED
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
-from sunset.interruption import held_signals
 from sunset.metrics import count_classes, image_iou
-from sunset.seeding import drawn_seed
 from sunset.training.archives import check_archive
 from sunset.training.augment import Batch, DeviceFrames, cells_of, movement
 from sunset.training.batches import draw
@@ -35,6 +33,8 @@ from sunset.training.network import (
     start_from_the_sum,
     upsample,
 )
+from sunset_ros.interruption import held_signals
+from sunset_ros.seeding import drawn_seed
 
 CHECKPOINT: Final = "checkpoint.pt"
 LOG: Final = "log.jsonl"

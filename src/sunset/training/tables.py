@@ -24,9 +24,9 @@ from sunset.data import (
 from sunset.errors import InvalidInputError
 from sunset.perception import Modality, Model, find_device
 from sunset.processes.workers import Progress, spread
-from sunset.seeding import generator
 from sunset.training.evaluate import Measured, measure
 from sunset.training.frames import TEST_TOWN, VALIDATION_TOWN
+from sunset_ros.seeding import generator
 
 HELD_OUT: Final = (VALIDATION_TOWN, TEST_TOWN)
 """The towns on which no network was trained, beside the default flight's."""

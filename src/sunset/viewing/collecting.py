@@ -25,10 +25,10 @@ from sunset.system import (
     full_name,
     short_name,
 )
-from sunset.texts import printable, shorten
 from sunset.viewing.frames import frames_view
 from sunset.viewing.pictures import Placed
 from sunset.viewing.words import described, outcome_of, story
+from sunset_ros.texts import printable, shorten
 
 View = dict[str, Any]
 """An object of the JSON."""

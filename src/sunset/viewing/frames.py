@@ -6,8 +6,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sunset.interfaces.stamps import ns_of
-from sunset.interfaces.system_interfaces.msg import FrameEvaluation, ImageDigest
 from sunset.recording import RecordedMessage, RunRecord
 from sunset.recording.timelines import content_of
 from sunset.system import (
@@ -19,7 +17,9 @@ from sunset.system import (
     full_name,
     short_name,
 )
+from sunset.system_interfaces.msg import FrameEvaluation, ImageDigest
 from sunset.viewing.pictures import LABELS, Placed
+from sunset_ros.interfaces.stamps import ns_of
 
 _FUSED: Final = full_name("sensors_fused")
 _NOT_SHOWN: Final = frozenset({*SENSOR_TOPICS, full_name("rgb_enhanced")})

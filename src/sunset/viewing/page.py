@@ -20,11 +20,11 @@ from sunset.input_files import open_regular
 from sunset.processes.workers import Progress
 from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions
-from sunset.texts import shorten
 from sunset.viewing.collecting import View, run_view
 from sunset.viewing.frames import is_shown
 from sunset.viewing.pictures import PicturesView, Placed, Source, make_pictures
 from sunset.viewing.words import compared
+from sunset_ros.texts import shorten
 
 _BYTES: Final = 5_000_000  # the limit for a page of a run of `_BYTES_S`
 _BYTES_S: Final = 20.0

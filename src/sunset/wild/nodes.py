@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.faults import blur
-from sunset.interfaces.rcl_interfaces.msg import ListParametersResult
-from sunset.interfaces.sensor_msgs.msg import Image
-from sunset.interfaces.stamps import NS_PER_S, stamp_of
-from sunset.interfaces.std_msgs.msg import Header
-from sunset.interfaces.system_interfaces.msg import FusionType, SensorFusion
 from sunset.nodes import AdaptiveNode, Camera, Depth, FaultParameter, Fusion, NodeParameter, SegmentationNode
 from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_bgr, image_of_depth, stamp_ns
+from sunset.system_interfaces.msg import FusionType, SensorFusion
+from sunset_ros.interfaces.rcl_interfaces.msg import ListParametersResult
+from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.stamps import NS_PER_S, stamp_of
+from sunset_ros.interfaces.std_msgs.msg import Header
 
 _ARRIVING: Final = 20
 """One of 20 images arrives on a lossy link."""

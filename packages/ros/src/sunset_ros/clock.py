@@ -1,0 +1,68 @@
+"""Clocks, as in `rclpy.clock`; they never sleep, since callbacks must not block."""
+
+from collections.abc import Callable
+
+from sunset_ros.context import Context, get_default_context
+from sunset_ros.time import ClockType, Time
+
+__all__ = ["Clock", "ClockType", "ROSClock"]
+
+
+class Clock:
+    """A clock of its context's middleware.
+
+    Args:
+        clock_type: its type; an attribute too.
+        context: its context; the default context if None.
+    """
+
+    def __init__(
+        self, *, clock_type: ClockType = ClockType.SYSTEM_TIME, context: Context | None = None
+    ) -> None:
+        self.clock_type = clock_type
+        self._context = context or get_default_context()
+
+    def __repr__(self) -> str:
+        return f"Clock(clock_type={self.clock_type.name})"
+
+    def now(self) -> Time:
+        """Return the time; during a simulated callback, the time at which it started."""
+        return Time(nanoseconds=self.now_ns(), clock_type=self.clock_type)
+
+    def now_ns(self) -> int:
+        """Return the time in nanoseconds."""
+        middleware = self._context.middleware
+        return middleware.steady_ns() if self.clock_type is ClockType.STEADY_TIME else middleware.now_ns()
+
+
+class ROSClock(Clock):
+    """A clock that may be set by `/clock`."""
+
+    def __init__(self, *, context: Context | None = None) -> None:
+        super().__init__(clock_type=ClockType.ROS_TIME, context=context)
+        self._override_ns: int | None = None
+        self._listeners: list[Callable[[], None]] = []
+
+    @property
+    def ros_time_is_active(self) -> bool:
+        """Whether it follows `/clock`."""
+        return self._override_ns is not None
+
+    def set_ros_time_override(self, time: Time | None) -> None:
+        """Set the time from `/clock`; None to follow the system's clock."""
+        self._override_ns = None if time is None else time.nanoseconds
+        for listener in list(self._listeners):
+            listener()
+
+    def add_listener(self, listener: Callable[[], None]) -> None:
+        """Call `listener()` whenever the time was set."""
+        self._listeners.append(listener)
+
+    def remove_listener(self, listener: Callable[[], None]) -> None:
+        """Stop calling `listener()`."""
+        if listener in self._listeners:
+            self._listeners.remove(listener)
+
+    def now_ns(self) -> int:
+        """Return the time in nanoseconds."""
+        return super().now_ns() if self._override_ns is None else self._override_ns

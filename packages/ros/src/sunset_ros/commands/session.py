@@ -1,0 +1,208 @@
+"""A process on the graph for one command: it waits for nodes and calls services."""
+
+import argparse
+import os
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Final, TypeVar
+
+from sunset_ros.context import Context
+from sunset_ros.executors import SingleThreadedExecutor
+from sunset_ros.interfaces import Message, Service
+from sunset_ros.interruption import held_signals
+from sunset_ros.names import validate_topic_name
+from sunset_ros.node import Node
+from sunset_ros.qos import QoSProfile, qos_profile_services_default
+from sunset_ros.rmw.backends import live_middleware
+from sunset_ros.rmw.core.node import Middleware
+from sunset_ros.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
+
+_QUIET_S: Final = 0.5
+"""The graph is complete when nothing new has been seen for so long."""
+
+_LOOK_S: Final = 0.05
+_STEP_S: Final = 0.1
+"""How long may pass until a signal is handled."""
+
+_ANSWER_S: Final = 10.0
+"""How long a service may take to answer."""
+
+T = TypeVar("T")
+
+
+class NotThereError(Exception):
+    """A name that is not on the graph, or a request that was refused; the text is one sentence."""
+
+
+class Session:
+    """A process on the graph, for one command.
+
+    Args:
+        middleware: the process.
+        timeout_s: how long others may take to be found.
+        check_signals: raises what a signal that has come asks for; called wherever this waits.
+    """
+
+    def __init__(self, middleware: Middleware, timeout_s: float, check_signals: Callable[[], None]) -> None:
+        self._middleware = middleware
+        self._timeout_s = timeout_s
+        self._check_signals = check_signals
+        self._context = Context()
+        self._context.init([], middleware=middleware)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._own: Node | None = None
+
+    @property
+    def node(self) -> Node:
+        """A node to ask and listen with, which others take for a hidden one."""
+        if self._own is None:
+            self._own = Node(
+                f"_sunset_ros_{os.getpid()}",
+                context=self._context,
+                enable_rosout=False,
+                start_parameter_services=False,
+            )
+            self._executor.add_node(self._own)
+        return self._own
+
+    @property
+    def now_s(self) -> float:
+        """A clock that never jumps, in seconds."""
+        return self._middleware.steady_ns() / 1e9
+
+    def spin_once(self, timeout_s: float = _STEP_S) -> None:
+        """Run a callback that comes within this time, and within a step that is short enough to react to signals."""
+        self._check_signals()
+        self._executor.spin_once(min(timeout_s, _STEP_S))
+
+    # What is there
+
+    def nodes(self) -> list[str]:
+        """Return the full names of all nodes."""
+        return [qualified_name(namespace, name) for name, namespace in self._middleware.nodes()]
+
+    def endpoints(self, name: str | None = None, kinds: Sequence[EndpointKind] = ()) -> list[EndpointInfo]:
+        """Return all endpoints, or those of one topic or service, or only of some kinds."""
+        found = self._middleware.endpoints(name)
+        return [info for info in found if not kinds or info.kind in kinds]
+
+    def names_and_types(self, *kinds: EndpointKind, node: str = "") -> dict[str, list[str]]:
+        """Return name → types of all endpoints of some kinds, or those of one node, sorted."""
+        types: dict[str, set[str]] = {}
+        for info in self.endpoints(kinds=kinds):
+            if not node or qualified_name(info.node_namespace, info.node_name) == node:
+                types.setdefault(info.name, set()).add(info.type_name)
+        return {name: sorted(types[name]) for name in sorted(types)}
+
+    # Waiting
+
+    def look_around(self) -> None:
+        """Wait until nothing new is found for a while, at most for the session's timeout."""
+        end_s = self.now_s + self._timeout_s
+        known: object = None
+        quiet_since_s = self.now_s
+        pause = threading.Event()
+        while (now_s := self.now_s) < min(end_s, quiet_since_s + _QUIET_S):
+            seen = (self.nodes(), self.endpoints())
+            if seen != known:
+                known, quiet_since_s = seen, now_s
+            pause.wait(_LOOK_S)
+            self._check_signals()
+
+    def find(self, look: Callable[[], T], complaint: str) -> T:
+        """Wait until something is found, at most for the session's timeout.
+
+        Args:
+            look: returns what was found, or something false.
+            complaint: what to say otherwise.
+
+        Raises:
+            NotThereError: nothing was found.
+        """
+        found: list[T] = []
+
+        def seen() -> bool:
+            self._check_signals()
+            found[:] = [look()]
+            return bool(found[0])
+
+        if not self._middleware.wait_for(seen, round(self._timeout_s * 1e9)):
+            raise NotThereError(complaint)
+        return found[0]
+
+    def find_node(self, name: str) -> str:
+        """Return the full name of a node that is there.
+
+        Raises:
+            NotThereError: it is not.
+        """
+        full = absolute(name)
+        self.find(lambda: full in self.nodes(), f"Unable to find node {full!r}.")
+        return full
+
+    # Asking
+
+    def ask(
+        self,
+        service_type: type[Service],
+        name: str,
+        request: Message,
+        qos: QoSProfile = qos_profile_services_default,
+    ) -> Any:
+        """Return the response of a service.
+
+        Raises:
+            NotThereError: the service is not there, or does not answer.
+        """
+        client = self.node.create_client(service_type, name, qos_profile=qos)
+        try:
+            kind = service_type.__ros_name__
+            self.find(client.service_is_ready, f"The service {name} of type {kind} is not available.")
+            future = client.call_async(request)
+            end_s = self.now_s + _ANSWER_S
+            while not future.done():
+                if self.now_s >= end_s:
+                    raise NotThereError(f"The service {name} did not answer within {_ANSWER_S:g} s.")
+                self.spin_once()
+            return future.result()
+        finally:
+            self.node.destroy_client(client)
+
+
+@contextmanager
+def session(arguments: argparse.Namespace) -> Iterator[Session]:
+    """Join the graph as the options say; leave it at the end, on Ctrl-C and SIGTERM too.
+
+    Raises:
+        MissingExtraError: the extra `live` is not installed.
+        MiddlewareError: an option cannot be used, or the graph cannot be joined.
+    """
+    with (
+        held_signals() as check,
+        live_middleware().join(domain_id=arguments.domain_id, network=arguments.network) as middleware,
+    ):
+        yield Session(middleware, arguments.timeout, check)
+
+
+def absolute(name: str) -> str:
+    """Return the full form of a name; one without a leading slash is in the root namespace.
+
+    Raises:
+        NameValidationException: it breaks the rules for names.
+
+    >>> absolute("managed_subsystem/camera")
+    '/managed_subsystem/camera'
+    """
+    full = name if name.startswith("/") else f"/{name}"
+    validate_topic_name(full)
+    return full
+
+
+def hidden(name: str) -> bool:
+    """Return whether a name is one that lists leave out: a part of it starts with an underscore.
+
+    >>> hidden("/_ros2cli_1"), hidden("/uav/camera")
+    (True, False)
+    """
+    return "/_" in name

@@ -1,0 +1,47 @@
+"""Messages and services of ROS: typed Python classes, CDR, type hashes.
+
+The modules are generated from the .msg and .srv files beside them. `from sensor_msgs.msg import Image` of a
+ROS 2 installation is `from sunset_ros.interfaces.sensor_msgs.msg import Image` here. The classes have the same
+fields, constants and defaults; sequences and arrays of numbers are numpy arrays of the exact type.
+
+>>> from sunset_ros.interfaces.std_msgs.msg import Header
+>>> header = deserialize(serialize(Header(frame_id="camera")), Header)
+>>> header
+Header(stamp=Time(sec=0, nanosec=0), frame_id='camera')
+"""
+
+from sunset_ros.generator.definitions import FieldType
+from sunset_ros.interfaces._message import Message, Service
+from sunset_ros.interfaces._registry import (
+    TypeDescription,
+    TypeFields,
+    field_defaults,
+    field_types,
+    get_message,
+    get_service,
+    message_definition,
+    type_description,
+    type_hash,
+    type_name,
+    type_source,
+)
+from sunset_ros.interfaces._serialization import deserialize, serialize
+
+__all__ = [
+    "FieldType",
+    "Message",
+    "Service",
+    "TypeDescription",
+    "TypeFields",
+    "deserialize",
+    "field_defaults",
+    "field_types",
+    "get_message",
+    "get_service",
+    "message_definition",
+    "serialize",
+    "type_description",
+    "type_hash",
+    "type_name",
+    "type_source",
+]

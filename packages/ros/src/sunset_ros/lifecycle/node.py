@@ -1,0 +1,273 @@
+"""Nodes with a lifecycle, as in `rclpy.lifecycle.node`."""
+
+from collections.abc import Awaitable, Callable
+from typing import Any, Final, TypeVar
+
+from sunset_ros._callbacks import callback_name
+from sunset_ros.errors import MiddlewareError
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.lifecycle_msgs.msg import State as StateMessage
+from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent
+from sunset_ros.interfaces.lifecycle_msgs.srv import (
+    ChangeState,
+    GetAvailableStates,
+    GetAvailableTransitions,
+    GetState,
+)
+from sunset_ros.lifecycle._state_machine import (
+    STATES,
+    TRANSITIONS,
+    LifecycleState,
+    StateMachine,
+    Transition,
+    TransitionCallbackReturn,
+)
+from sunset_ros.lifecycle.managed_entity import ManagedEntity
+from sunset_ros.lifecycle.publisher import LifecyclePublisher
+from sunset_ros.node import Node
+from sunset_ros.qos import qos_profile_services_default, to_profile
+from sunset_ros.rmw.core.port import CallbackError, EndpointKind, RequestId
+from sunset_ros.rmw.core.qos import QoSProfile
+from sunset_ros.service import Service
+
+MessageT = TypeVar("MessageT", bound=Message)
+
+_CALLBACKS: Final = {
+    "configuring": "on_configure",
+    "cleaningup": "on_cleanup",
+    "shuttingdown": "on_shutdown",
+    "activating": "on_activate",
+    "deactivating": "on_deactivate",
+    "errorprocessing": "on_error",
+}
+"""Label of an intermediate state → name of the method that decides how it ends."""
+
+
+class LifecycleNode(Node):
+    """A node that others configure, activate, deactivate, clean up and shut down.
+
+    Override `on_configure` and its like, and call the method of the base class, which calls the managed
+    entities. A callback that raises counts as ERROR: `on_error` decides on the final state, and the exception then
+    surfaces as a `CallbackError`.
+
+    Args:
+        node_name: as for `Node`.
+        enable_communication_interface: whether the lifecycle services and `~/transition_event` are offered.
+        options: as for `Node`.
+    """
+
+    def __init__(
+        self, node_name: str, *, enable_communication_interface: bool = True, **options: Any
+    ) -> None:
+        super().__init__(node_name, **options)
+        self._state_machine = StateMachine()
+        self._managed_entities: dict[ManagedEntity, None] = {}
+        self._transition_events = None
+        if enable_communication_interface:
+            self._transition_events = self.create_publisher(TransitionEvent, "~/transition_event", 10)
+            self._services.append(self._make_change_state())
+            self.create_service(GetState, "~/get_state", self._get_state)
+            self.create_service(GetAvailableStates, "~/get_available_states", self._get_available_states)
+            self.create_service(
+                GetAvailableTransitions, "~/get_available_transitions", self._get_available_transitions
+            )
+            self.create_service(GetAvailableTransitions, "~/get_transition_graph", self._get_transition_graph)
+
+    # Callbacks of transitions, which take the state before
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Configure the managed entities."""
+        return self._call_entities(lambda entity: entity.on_configure(state))
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Clean the managed entities up."""
+        return self._call_entities(lambda entity: entity.on_cleanup(state))
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Shut the managed entities down."""
+        return self._call_entities(lambda entity: entity.on_shutdown(state))
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Activate the managed entities."""
+        return self._call_entities(lambda entity: entity.on_activate(state))
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Deactivate the managed entities."""
+        return self._call_entities(lambda entity: entity.on_deactivate(state))
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let the managed entities recover; SUCCESS leads to unconfigured, all else to finalized."""
+        return self._call_entities(lambda entity: entity.on_error(state))
+
+    # Transitions that the node itself asks for
+
+    def trigger_configure(self) -> TransitionCallbackReturn:
+        """Go from unconfigured to inactive."""
+        return self._trigger("configure")
+
+    def trigger_cleanup(self) -> TransitionCallbackReturn:
+        """Go from inactive to unconfigured."""
+        return self._trigger("cleanup")
+
+    def trigger_shutdown(self) -> TransitionCallbackReturn:
+        """Go to finalized."""
+        return self._trigger("shutdown")
+
+    def trigger_activate(self) -> TransitionCallbackReturn:
+        """Go from inactive to active."""
+        return self._trigger("activate")
+
+    def trigger_deactivate(self) -> TransitionCallbackReturn:
+        """Go from active to inactive."""
+        return self._trigger("deactivate")
+
+    # Managed entities
+
+    def add_managed_entity(self, entity: ManagedEntity) -> None:
+        """Call an entity in the transitions of this node."""
+        self._managed_entities[entity] = None
+
+    def create_lifecycle_publisher(
+        self, msg_type: type[MessageT], topic: str, qos_profile: QoSProfile | int
+    ) -> LifecyclePublisher[MessageT]:
+        """Make a publisher that sends only while this node is active.
+
+        Raises:
+            InvalidTopicNameException: the name breaks the rules.
+        """
+        name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
+        self._warn_of_mismatch(name, EndpointKind.PUBLISHER, qos)
+        handle = self.handle.create_publisher(msg_type, name, qos)
+        publisher = LifecyclePublisher(handle, msg_type, name, qos)
+        self._publishers.append(publisher)
+        self.add_managed_entity(publisher)
+        return publisher
+
+    def destroy_lifecycle_publisher(self, publisher: LifecyclePublisher[MessageT]) -> bool:
+        """Take a publisher off the graph; return whether it was this node's."""
+        self._managed_entities.pop(publisher, None)
+        return self.destroy_publisher(publisher)
+
+    # The machinery
+
+    def _call_entities(
+        self, callback: Callable[[ManagedEntity], TransitionCallbackReturn]
+    ) -> TransitionCallbackReturn:
+        for entity in list(self._managed_entities):
+            outcome = callback(entity)
+            if outcome is not TransitionCallbackReturn.SUCCESS:
+                return outcome
+        return TransitionCallbackReturn.SUCCESS
+
+    def _trigger(self, label: str) -> TransitionCallbackReturn:
+        transition = self._state_machine.find(label)
+        if transition is None:
+            state = self._state_machine.state.label
+            raise MiddlewareError(
+                f"Node {self.get_fully_qualified_name()} is {state} and has no transition {label!r} from there."
+            )
+        return self._go_through(transition)
+
+    def _go_through(self, transition: Transition) -> TransitionCallbackReturn:
+        before = self._state_machine.state
+        self._take(transition)
+        outcome, error = self._call(before)
+        self._take_outcome(outcome)
+        if outcome is TransitionCallbackReturn.ERROR:
+            recovery, second_error = self._call(before)
+            self._take_outcome(recovery)
+            if error is None:
+                error = second_error
+            elif second_error is not None:
+                error.add_note(f"Then: {second_error}")
+        if error is not None:
+            raise error
+        return outcome
+
+    def _call(self, before: LifecycleState) -> tuple[TransitionCallbackReturn, CallbackError | None]:
+        callback = getattr(self, _CALLBACKS[self._state_machine.state.label])
+        try:
+            outcome = _checked(callback(before))
+        except Exception as error:  # noqa: BLE001  whatever it is, `_go_through` raises it
+            wrapped = CallbackError.of(self.get_fully_qualified_name(), callback_name(callback), error)
+            wrapped.__cause__ = error
+            return TransitionCallbackReturn.ERROR, wrapped
+        return outcome, None
+
+    def _take_outcome(self, outcome: TransitionCallbackReturn) -> None:
+        transition = self._state_machine.find(outcome.to_label())
+        if transition is not None:  # always: every intermediate state has all three
+            self._take(transition)
+
+    def _take(self, transition: Transition) -> None:
+        self._state_machine.take(transition)
+        if self._transition_events is not None and self._transition_events.handle.wanted:
+            # As rclpy's nodes do, it names only the states.
+            description = transition.to_msg()
+            self._transition_events.publish(
+                TransitionEvent(start_state=description.start_state, goal_state=description.goal_state)
+            )
+
+    # The services
+
+    def _make_change_state(self) -> Service:
+        return _ChangeStateService(
+            self.handle,
+            ChangeState,
+            self.resolve_service_name("~/change_state"),
+            self._change_state,
+            qos_profile_services_default,
+            label=f"{callback_name(self._change_state)} (service ~/change_state)",
+        )
+
+    def _change_state(
+        self, request: ChangeState.Request, response: ChangeState.Response
+    ) -> ChangeState.Response | Awaitable[ChangeState.Response]:
+        transition = self._state_machine.find(request.transition.label, request.transition.id)
+        if transition is not None:
+            response.success = self._go_through(transition) is TransitionCallbackReturn.SUCCESS
+        return response
+
+    def _get_state(self, _: GetState.Request, response: GetState.Response) -> GetState.Response:
+        response.current_state = _message(self._state_machine.state)
+        return response
+
+    def _get_available_states(
+        self, _: GetAvailableStates.Request, response: GetAvailableStates.Response
+    ) -> GetAvailableStates.Response:
+        response.available_states = [_message(state) for state in STATES.values()]
+        return response
+
+    def _get_available_transitions(
+        self, _: GetAvailableTransitions.Request, response: GetAvailableTransitions.Response
+    ) -> GetAvailableTransitions.Response:
+        available = self._state_machine.available_transitions
+        response.available_transitions = [transition.to_msg() for transition in available]
+        return response
+
+    def _get_transition_graph(
+        self, _: GetAvailableTransitions.Request, response: GetAvailableTransitions.Response
+    ) -> GetAvailableTransitions.Response:
+        response.available_transitions = [transition.to_msg() for transition in TRANSITIONS]
+        return response
+
+
+class _ChangeStateService(Service):
+    """Answers also after an exception of a transition's callback, before the exception surfaces."""
+
+    def _on_request(self, request_id: RequestId, request: Message) -> None:
+        try:
+            super()._on_request(request_id, request)
+        except CallbackError:
+            self.send_response(ChangeState.Response(success=False), request_id)
+            raise
+
+
+def _checked(outcome: object) -> TransitionCallbackReturn:
+    if not isinstance(outcome, TransitionCallbackReturn):
+        raise TypeError(f"a lifecycle callback must return a TransitionCallbackReturn, got {outcome!r}.")
+    return outcome
+
+
+def _message(state: LifecycleState) -> StateMessage:
+    return StateMessage(id=state.state_id, label=state.label)

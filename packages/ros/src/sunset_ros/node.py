@@ -1,0 +1,399 @@
+"""Nodes, as in `rclpy.node`."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeVar, cast
+
+from sunset_ros._callbacks import callback_name, driven
+from sunset_ros._node_graph import NodeGraph
+from sunset_ros._node_parameters import Changes, NodeParameters
+from sunset_ros._parameter_services import ParameterServices
+from sunset_ros._rosout import NodeLogSink
+from sunset_ros._time_source import TimeSource
+from sunset_ros._type_descriptions import describe_type
+from sunset_ros.arguments import Arguments, find_overrides
+from sunset_ros.callback_groups import CallbackGroup
+from sunset_ros.client import AnyClient, Client
+from sunset_ros.clock import Clock, ROSClock
+from sunset_ros.context import Context, get_default_context
+from sunset_ros.exceptions import NodeNameNonExistentError
+from sunset_ros.interfaces import Message
+from sunset_ros.interfaces import Service as ServiceType
+from sunset_ros.interfaces.rcl_interfaces.msg import Log, ParameterDescriptor, ParameterEvent
+from sunset_ros.interfaces.type_description_interfaces.srv import GetTypeDescription
+from sunset_ros.logging import Logger, LoggingSeverity
+from sunset_ros.names import rename_node, resolve_name
+from sunset_ros.parameter import Parameter
+from sunset_ros.publisher import AnyPublisher, Publisher
+from sunset_ros.qos import (
+    qos_profile_parameter_events,
+    qos_profile_parameters,
+    qos_profile_rosout_default,
+    qos_profile_services_default,
+    to_profile,
+)
+from sunset_ros.rmw.core.port import EndpointKind
+from sunset_ros.rmw.core.qos import QoSProfile, incompatibility
+from sunset_ros.service import Service
+from sunset_ros.subscription import AnySubscription, Subscription
+from sunset_ros.timer import Timer
+
+__all__ = ["Node", "NodeNameNonExistentError"]
+
+MessageT = TypeVar("MessageT", bound=Message)
+PartT = TypeVar("PartT", AnyPublisher, AnySubscription, AnyClient, Service, Timer)
+
+
+class Node(NodeParameters, NodeGraph):
+    """A participant of the graph.
+
+    Args:
+        node_name: its name; the command line may replace it (`-r __node:=`).
+        context: its context; the default context if None.
+        cli_args: arguments for this node alone, as after `ros2 run`.
+        namespace: where its relative names are; the command line may replace it (`-r __ns:=`).
+        use_global_arguments: whether the context's arguments hold for it.
+        enable_rosout: whether its logs go to /rosout.
+        start_parameter_services: whether others can see and set its parameters.
+        parameter_overrides: values that win over defaults and the command line.
+        allow_undeclared_parameters: whether parameters may be set that were not declared.
+        automatically_declare_parameters_from_overrides: whether all overrides are declared at once.
+
+    Attributes:
+        context: its context.
+        default_callback_group: the group of callbacks without a group.
+
+    Raises:
+        NotInitializedException: the context is not initialised.
+        NameValidationException: name or namespace break the rules.
+        UnknownROSArgsError: an argument is unknown or malformed.
+        ParameterError: a parameter file or an override cannot be used.
+    """
+
+    def __init__(
+        self,
+        node_name: str,
+        *,
+        context: Context | None = None,
+        cli_args: Sequence[str] | None = None,
+        namespace: str | None = None,
+        use_global_arguments: bool = True,
+        enable_rosout: bool = True,
+        start_parameter_services: bool = True,
+        parameter_overrides: list[Parameter] | None = None,
+        allow_undeclared_parameters: bool = False,
+        automatically_declare_parameters_from_overrides: bool = False,
+    ) -> None:
+        self.context = context or get_default_context()
+        self._middleware = self.context.middleware
+        arguments = [Arguments.parse(cli_args or ())]
+        arguments += [self.context.arguments] if use_global_arguments else []
+        self._rules = [rule for each in arguments for rule in each.remaps]
+        name, namespace = rename_node(node_name, namespace or "/", self._rules)
+        self.handle = self._middleware.create_node(name, namespace)
+        self._publishers: list[AnyPublisher] = []
+        self._subscriptions: list[AnySubscription] = []
+        self._clients: list[AnyClient] = []
+        self._services: list[Service] = []
+        self._timers: list[Timer] = []
+        self.default_callback_group = CallbackGroup()
+        self._clock = ROSClock(context=self.context)
+        self._time_source = TimeSource(self.handle, self._clock, self._on_bad_time)
+        self._logger = self._make_logger(enable_rosout)
+        self.handle.warn = self._on_problem
+        self._parameter_event_publisher = self.create_publisher(
+            ParameterEvent, "/parameter_events", qos_profile_parameter_events
+        )
+        overrides = find_overrides(arguments, self.get_fully_qualified_name())
+        self._set_up_parameters([*overrides, *(parameter_overrides or ())], allow_undeclared_parameters)
+        if automatically_declare_parameters_from_overrides:
+            self._declare_overrides()
+        if start_parameter_services:
+            self._offer_parameters()
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.get_fully_qualified_name()}>"
+
+    # Its names
+
+    @property
+    def publishers(self) -> Iterator[AnyPublisher]:
+        """Its publishers."""
+        return iter(self._publishers)
+
+    @property
+    def subscriptions(self) -> Iterator[AnySubscription]:
+        """Its subscriptions."""
+        return iter(self._subscriptions)
+
+    @property
+    def clients(self) -> Iterator[AnyClient]:
+        """Its clients."""
+        return iter(self._clients)
+
+    @property
+    def services(self) -> Iterator[Service]:
+        """Its services."""
+        return iter(self._services)
+
+    @property
+    def timers(self) -> Iterator[Timer]:
+        """Its timers."""
+        return iter(self._timers)
+
+    def get_name(self) -> str:
+        """Return its name, without namespace."""
+        return self.handle.name
+
+    def get_namespace(self) -> str:
+        """Return its namespace; the root is `/`."""
+        return self.handle.namespace
+
+    def get_fully_qualified_name(self) -> str:
+        """Return its namespace and name, such as `/managed_subsystem/camera`."""
+        return self.handle.fully_qualified_name
+
+    def get_clock(self) -> Clock:
+        """Return its clock, which follows /clock if the parameter `use_sim_time` is true."""
+        return self._clock
+
+    def get_logger(self) -> Logger:
+        """Return its logger."""
+        return self._logger
+
+    def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
+        """Return the fully qualified name of a topic, remapped unless `only_expand`."""
+        rules = () if only_expand else self._rules
+        return resolve_name(topic, self.get_name(), self.get_namespace(), rules)
+
+    def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
+        """Return the fully qualified name of a service, remapped unless `only_expand`."""
+        rules = () if only_expand else self._rules
+        return resolve_name(service, self.get_name(), self.get_namespace(), rules, is_service=True)
+
+    # Its parts
+
+    def create_publisher(
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
+    ) -> Publisher[MessageT]:
+        """Make a publisher on a topic; a whole number as QoS keeps the last so many messages.
+
+        Raises:
+            InvalidTopicNameException: the name breaks the rules.
+        """
+        name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
+        self._warn_of_mismatch(name, EndpointKind.PUBLISHER, qos)
+        publisher = Publisher(self.handle.create_publisher(msg_type, name, qos), msg_type, name, qos)
+        self._publishers.append(publisher)
+        return publisher
+
+    def create_subscription(
+        self,
+        msg_type: type[MessageT],
+        topic: str,
+        callback: Callable[[MessageT], object],
+        qos_profile: QoSProfile | int,
+        *,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
+    ) -> Subscription[MessageT]:
+        """Call `callback(message)` for the messages on a topic; at most the QoS depth of them wait.
+
+        Raises:
+            InvalidTopicNameException: the name breaks the rules.
+        """
+        name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
+        self._warn_of_mismatch(name, EndpointKind.SUBSCRIPTION, qos)
+        label = f"{callback_name(callback)} (subscription of {name})"
+        handle = self.handle.create_subscription(msg_type, name, qos, driven(callback), label=label)
+        subscription = Subscription(handle, msg_type, name, callback, qos)
+        self._subscriptions.append(subscription)
+        return subscription
+
+    def create_client(
+        self,
+        srv_type: type[ServiceType],
+        srv_name: str,
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
+    ) -> AnyClient:
+        """Make a client of a service.
+
+        Raises:
+            InvalidServiceNameException: the name breaks the rules.
+        """
+        name = self.resolve_service_name(srv_name)
+        client: AnyClient = Client(self.handle, srv_type, name, qos_profile)
+        self._clients.append(client)
+        return client
+
+    def create_service(
+        self,
+        srv_type: type[ServiceType],
+        srv_name: str,
+        callback: Callable[[Any, Any], object],
+        *,
+        qos_profile: QoSProfile = qos_profile_services_default,
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
+    ) -> Service:
+        """Answer requests with the result of `callback(request, response)`, which may be a coroutine function.
+
+        Raises:
+            InvalidServiceNameException: the name breaks the rules.
+        """
+        name = self.resolve_service_name(srv_name)
+        label = f"{callback_name(callback)} (service {name})"
+        service = Service(self.handle, srv_type, name, callback, qos_profile, label=label)
+        self._services.append(service)
+        return service
+
+    def create_timer(
+        self,
+        timer_period_sec: float,
+        callback: Callable[[], object],
+        callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
+        clock: Clock | None = None,
+        autostart: bool = True,
+    ) -> Timer:
+        """Call `callback()` periodically, first after a period, by a clock or the node's own.
+
+        Raises:
+            MiddlewareError: the period is negative.
+        """
+        period_ns = round(timer_period_sec * 1e9)
+        timer = Timer(
+            self.handle, clock or self._clock, callback, period_ns, f"{callback_name(callback)} (timer)"
+        )
+        if not autostart:
+            timer.cancel()
+        self._timers.append(timer)
+        return timer
+
+    def destroy_publisher(self, publisher: AnyPublisher) -> bool:
+        """Take a publisher off the graph; return whether it was this node's."""
+        return _destroy(publisher, self._publishers)
+
+    def destroy_subscription(self, subscription: AnySubscription) -> bool:
+        """Take a subscription off the graph; return whether it was this node's."""
+        return _destroy(subscription, self._subscriptions)
+
+    def destroy_client(self, client: AnyClient) -> bool:
+        """Take a client off the graph; return whether it was this node's."""
+        return _destroy(client, self._clients)
+
+    def destroy_service(self, service: Service) -> bool:
+        """Take a service off the graph; return whether it was this node's."""
+        return _destroy(service, self._services)
+
+    def destroy_timer(self, timer: Timer) -> bool:
+        """Stop a timer for good; return whether it was this node's."""
+        return _destroy(timer, self._timers)
+
+    def destroy_node(self) -> None:
+        """Leave the graph with everything that the node consists of."""
+        self._log_sink.leave()
+        for timer in list(self._timers):
+            self.destroy_timer(timer)
+        self.handle.destroy()
+        for parts in (self._publishers, self._subscriptions, self._clients, self._services):
+            cast("list[object]", parts).clear()
+
+    # How it is made
+
+    def _make_logger(self, enable_rosout: bool) -> Logger:
+        rosout = None
+        arguments = self.context.arguments
+        if enable_rosout and arguments.log_to_rosout:
+            rosout = self.create_publisher(Log, "/rosout", qos_profile_rosout_default)
+        self._log_sink = sink = NodeLogSink(self.context, self._clock, rosout)
+        name = self.get_fully_qualified_name().lstrip("/").replace("/", ".")
+        return Logger(name, sink, arguments.log_level or LoggingSeverity.INFO)
+
+    def _on_problem(self, problem: str) -> None:
+        self._logger.warning(problem)
+
+    def _on_bad_time(self, problem: str) -> None:
+        self._logger.warning(problem, throttle_duration_sec=10.0)
+
+    def _warn_of_mismatch(self, topic: str, kind: EndpointKind, qos: QoSProfile) -> None:
+        for other in self._middleware.endpoints(topic):
+            if other.kind is kind:
+                continue
+            offered, requested = (qos, other.qos) if kind is EndpointKind.PUBLISHER else (other.qos, qos)
+            policy = incompatibility(offered, requested)
+            if policy is not None:
+                mine = f"the {kind.value} of this node"
+                theirs = f"the {other.kind.value} of {other.node_name}"
+                self._logger.warning(
+                    f"On {topic}, {mine} and {theirs} do not match: incompatible {policy}."  # noqa: G004  as in ROS
+                )
+
+    def _set_up_parameters(self, overrides: list[Parameter], allow_undeclared: bool) -> None:
+        NodeParameters.__init__(
+            self,
+            self.get_fully_qualified_name(),
+            {parameter.name: parameter for parameter in overrides},
+            allow_undeclared=allow_undeclared,
+            on_change=self._on_parameters_changed,
+        )
+        self.declare_parameter("use_sim_time", False)
+        self._offer_type_descriptions()
+
+    def _declare_overrides(self) -> None:
+        for parameter in self._parameter_overrides.values():
+            if not self.has_parameter(parameter.name):
+                self.declare_parameter(parameter.name, parameter.value)
+
+    def _offer_parameters(self) -> None:
+        for srv_type, service, callback in ParameterServices(self).callbacks():
+            self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
+
+    def _offer_type_descriptions(self) -> None:
+        """Serve `~/get_type_description` where other nodes of the network do, unless a parameter forbids it."""
+        if not self._middleware.describes_types:
+            return
+        descriptor = ParameterDescriptor(description="whether others can ask for its types", read_only=True)
+        if self.declare_parameter("start_type_description_service", True, descriptor).value:
+            self.create_service(GetTypeDescription, "~/get_type_description", self._answer_type_description)
+
+    def _answer_type_description(
+        self, request: GetTypeDescription.Request, response: GetTypeDescription.Response
+    ) -> GetTypeDescription.Response:
+        types = [
+            *(publisher.msg_type for publisher in self._publishers),
+            *(subscription.msg_type for subscription in self._subscriptions),
+            *(client.srv_type for client in self._clients),
+            *(service.srv_type for service in self._services),
+        ]
+        return describe_type(types, request, response)
+
+    def _on_parameters_changed(self, changes: Changes) -> None:
+        for parameter in [*changes.new, *changes.changed]:
+            if parameter.name == "use_sim_time":
+                self._time_source.use_sim_time(parameter.value is True)
+        self._announce(changes, self._parameter_event_publisher)
+
+    def _announce(self, changes: Changes, publisher: Publisher[ParameterEvent]) -> None:
+        """Publish changes of parameters where the publisher has subscribers."""
+        if publisher.handle.wanted:
+            publisher.publish(
+                ParameterEvent(
+                    stamp=self._clock.now().to_msg(),
+                    node=self.get_fully_qualified_name(),
+                    new_parameters=[parameter.to_parameter_msg() for parameter in changes.new],
+                    changed_parameters=[parameter.to_parameter_msg() for parameter in changes.changed],
+                    deleted_parameters=[parameter.to_parameter_msg() for parameter in changes.deleted],
+                )
+            )
+
+
+def _destroy(part: PartT, parts: list[PartT]) -> bool:
+    if part not in parts:
+        return False
+    parts.remove(part)
+    part.destroy()
+    return True

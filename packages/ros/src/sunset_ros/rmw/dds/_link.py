@@ -1,0 +1,239 @@
+"""A participant of a DDS domain: it enters, discovers the graph, announces its nodes and leaves."""
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Final
+
+from sunset_ros.errors import InterfaceError, MiddlewareError
+from sunset_ros.interfaces import Message, type_hash, type_name
+from sunset_ros.interfaces.rmw_dds_common.msg import ParticipantEntitiesInfo
+from sunset_ros.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from sunset_ros.rmw.dds import _library as dds
+from sunset_ros.rmw.dds import _wheel as wheel
+from sunset_ros.rmw.dds._config import Configuration
+from sunset_ros.rmw.dds._graph import (
+    GraphListener,
+    NodeEntities,
+    Participant,
+    decode_participant,
+    encode_participant,
+)
+from sunset_ros.rmw.dds._names import dds_type_name
+
+FIRST_NUMBER: Final = 16
+"""Lower numbers are conditions of the link itself."""
+
+_NODES, _PARTICIPANTS, _WRITERS, _READERS = range(1, 5)
+_ENDPOINTS: Final = "endpoints"
+_DISCOVERY_TOPIC: Final = "ros_discovery_info"
+_DISCOVERY_QOS: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_DISCOVERY_READER_QOS: Final = QoSProfile(
+    history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+_PARTING_NS: Final = 300_000_000
+"""How long a process that leaves waits for confirmations."""
+
+
+@dataclass(slots=True)
+class _Domain:
+    entity: int
+    configuration: Configuration
+    users: int = 0
+
+
+_DOMAINS: Final[dict[int, _Domain]] = {}
+"""The domains of this process by id; links with the same settings share a domain."""
+
+_CHANGING_DOMAINS: Final = threading.Lock()
+
+
+def _enter_domain(configuration: Configuration) -> None:
+    """Set up a domain unless it exists; raise a `MiddlewareError` if it has other settings."""
+    number = configuration.domain_id
+    with _CHANGING_DOMAINS:
+        domain = _DOMAINS.get(number)
+        if domain is None:
+            domain = _Domain(dds.create_domain(number, configuration.cyclonedds), configuration)
+            _DOMAINS[number] = domain
+        elif domain.configuration.cyclonedds != configuration.cyclonedds:
+            raise MiddlewareError(f"This process is in domain {number} already, with other settings.")
+        domain.users += 1
+
+
+def _leave_domain(number: int) -> None:
+    """Delete a domain after its last link."""
+    with _CHANGING_DOMAINS:
+        domain = _DOMAINS[number]
+        domain.users -= 1
+        if not domain.users:
+            dds.delete(domain.entity)
+            del _DOMAINS[number]
+
+
+class Link:
+    """A participant, and the thread that waits for its samples.
+
+    Args:
+        configuration: the settings.
+        on_data: called on the thread with the number of a reader that has samples, or a number below `FIRST_NUMBER`
+            after news of the graph.
+        on_problem: called, on any thread, with the place and the description of unusable data.
+        on_failure: called on the thread with the error that ends it.
+        listener: receives news of the graph.
+
+    Attributes:
+        guid: 16 bytes that identify the participant.
+        participant, publisher, subscriber: the entities.
+        waitset: the conditions of the readers.
+        gid_size: bytes of a gid in its announcements.
+        announces_hashes: whether its endpoints announce the hash of their type, as in ROS 2 since Iron.
+        has_left: whether it has left the domain.
+
+    Raises:
+        MiddlewareError: the domain cannot be entered.
+    """
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        on_data: Callable[[int], None],
+        on_problem: Callable[[str, str], None],
+        on_failure: Callable[[Exception], None],
+        listener: GraphListener,
+    ) -> None:
+        self._domain_id = configuration.domain_id
+        self._on_data = on_data
+        self._on_problem = on_problem
+        self._on_failure = on_failure
+        self.gid_size = configuration.gid_size
+        self.announces_hashes = configuration.announces_hashes
+        self._adapts = configuration.adapts
+        self._nodes: tuple[NodeEntities, ...] = ()
+        self._announcing = threading.RLock()
+        self._looking = threading.Lock()
+        self._listener = listener
+        self.has_left = False
+        _enter_domain(configuration)
+        try:
+            self._enter(configuration.domain_id)
+        except MiddlewareError:
+            _leave_domain(configuration.domain_id)
+            raise
+        self._thread = threading.Thread(target=self._listen, name="dds", daemon=True)
+        self._thread.start()
+
+    def _enter(self, domain_id: int) -> None:
+        self.participant = dds.create_participant(domain_id, b"enclave=/;")
+        self.guid = dds.guid_of(self.participant)
+        self.publisher = dds.create_publisher(self.participant)
+        self.subscriber = dds.create_subscriber(self.participant)
+        self._writer = self.create_writer(_DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_QOS)
+        self._readers = {
+            _NODES: self.create_reader(
+                _DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_READER_QOS, ignore_own=True
+            )
+        }
+        for number, topic in zip((_PARTICIPANTS, _WRITERS, _READERS), dds.BUILTIN_TOPICS, strict=True):
+            self._readers[number] = dds.create_reader(self.subscriber, topic, None)
+        self.waitset = dds.WaitSet(self.participant)
+        self._conditions = {number: dds.data_condition(each) for number, each in self._readers.items()}
+        for number in self._conditions:
+            self.waitset.watch(number, self._conditions[number])
+
+    def create_writer(self, topic: str, kind: type[Message], qos: QoSProfile, user_data: str = "") -> int:
+        """Make a writer of a DDS topic; `user_data` is announced with the hash of the type."""
+        with self._topic(topic, kind) as dds_topic:
+            return dds.create_writer(self.publisher, dds_topic, qos, self._user_data(user_data, kind))
+
+    def create_reader(
+        self,
+        topic: str,
+        kind: type[Message],
+        qos: QoSProfile,
+        user_data: str = "",
+        *,
+        ignore_own: bool = False,
+    ) -> int:
+        """Make a reader of a DDS topic, likewise; `ignore_own` skips samples of this participant."""
+        data = self._user_data(user_data, kind)
+        with self._topic(topic, kind) as dds_topic:
+            return dds.create_reader(self.subscriber, dds_topic, qos, data, ignore_own=ignore_own)
+
+    def _topic(self, topic: str, kind: type[Message]) -> AbstractContextManager[int]:
+        return wheel.topic_of(self.participant, topic, dds_type_name(type_name(kind)))
+
+    def _user_data(self, more: str, kind: type[Message]) -> bytes:
+        return (more + (f"typehash={type_hash(kind)};" if self.announces_hashes else "")).encode()
+
+    def _listen(self) -> None:
+        try:
+            while numbers := self.waitset.wait():
+                for number in numbers:
+                    if number < FIRST_NUMBER:
+                        self.look()
+                        self.waitset.watch(number, self._conditions[number])
+                    self._on_data(number)
+        except Exception as error:  # noqa: BLE001  reported to the user's thread
+            self._on_failure(error)
+
+    # The graph
+
+    def look(self) -> None:
+        """Read news of the graph."""
+        with self._looking:
+            samples = []
+            while (sample := wheel.take(self._readers[_NODES])) is not None:
+                samples.append(sample[0])
+            participants = wheel.take_participants(self._readers[_PARTICIPANTS])
+            # participants that have left by now were there when they sent the samples above
+            self._listener.learn_participants([(guid, True) for guid, _ in participants])
+            for payload in samples:
+                self._learn_nodes(payload)
+            self._listener.learn_participants([(guid, False) for guid, alive in participants if not alive])
+            for number in (_WRITERS, _READERS):
+                endpoints, unknown = wheel.take_endpoints(self._readers[number])
+                for _ in range(unknown):
+                    self._on_problem(_ENDPOINTS, "passed over an endpoint whose names are not UTF-8.")
+                self._listener.learn_endpoints(endpoints, writers=number == _WRITERS)
+
+    def _learn_nodes(self, payload: bytes) -> None:
+        try:
+            participant = decode_participant(payload)
+        except InterfaceError as error:
+            self._on_problem(_DISCOVERY_TOPIC, f"dropped a malformed announcement: {error}")
+            return
+        is_there = self._listener.learn_nodes(participant)
+        # the last announcement, without nodes, may come after the participant has left
+        if not is_there and participant.nodes:
+            self._on_problem(_DISCOVERY_TOPIC, "dropped an announcement of a participant that is not there.")
+        elif is_there and self._adapts and participant.gid_size < self.gid_size:
+            with self._announcing:
+                self.gid_size = participant.gid_size
+                self.announce(self._nodes)
+
+    def announce(self, nodes: Iterable[NodeEntities]) -> None:
+        """Announce the nodes of this process with their endpoints."""
+        with self._announcing:
+            self._nodes = tuple(nodes)
+            payload = encode_participant(Participant(self.guid, self._nodes, self.gid_size))
+            wheel.write(self._writer, payload, _DISCOVERY_TOPIC)
+
+    # The end
+
+    def leave(self, writers: Sequence[int]) -> None:
+        """Wait for confirmations of these writers' samples, announce the end of all nodes, and leave the domain."""
+        self.waitset.close()
+        # not for ever: a signal handler may have interrupted this thread while it held a lock of that thread
+        self._thread.join(timeout=1.0)
+        end_ns = time.monotonic_ns() + _PARTING_NS
+        for writer in writers:
+            dds.wait_for_acks(writer, max(0, end_ns - time.monotonic_ns()))
+        self.announce(())
+        dds.wait_for_acks(self._writer, max(0, end_ns - time.monotonic_ns()))
+        with wheel.MAKING_TOPIC:
+            dds.delete(self.participant)
+        self.has_left = True
+        _leave_domain(self._domain_id)

@@ -1,0 +1,308 @@
+"""An observer of a live network, which reads all topics and services."""
+
+import threading
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from heapq import heappop, heappush
+from itertools import count
+from queue import Empty
+from typing import Final, NamedTuple
+
+from sunset_ros.errors import InterfaceError, MiddlewareError
+from sunset_ros.interfaces import deserialize
+from sunset_ros.rmw.core.live import LiveObserver
+from sunset_ros.rmw.core.port import EndpointKind, RequestId, qualified_name
+from sunset_ros.rmw.core.qos import QoSProfile
+from sunset_ros.rmw.core.tap import Tap
+from sunset_ros.rmw.dds import _wheel as wheel
+from sunset_ros.rmw.dds._channels import Channel, Channels
+from sunset_ros.rmw.dds._config import read_configuration
+from sunset_ros.rmw.dds._graph import GraphListener, Participant
+from sunset_ros.rmw.dds._link import Link
+from sunset_ros.rmw.dds._names import OBSERVER, RosName, parse_user_data, ros_name
+from sunset_ros.rmw.dds._queue import WaitingLine
+from sunset_ros.rmw.dds._services import split_sample
+
+_HOLD_NS: Final = 100_000_000
+"""How long a sample waits for samples that were sent earlier and come later."""
+
+_PATIENCE_NS: Final = 3_000_000_000
+"""How long a sample waits for the announcement of its node, and a response for its request."""
+
+_REMEMBERED: Final = 1000
+"""The most requests that are remembered for their responses."""
+
+_LATEST_NS: Final = 1_000_000_000
+"""The longest delivery; an earlier or future time of sending is replaced."""
+
+_STEP_S: Final = 0.02
+
+
+class _Event(NamedTuple):
+    """A sample on its way to the tap; events compare by the time of sending."""
+
+    sent_ns: int
+    age: int
+    arrived_ns: int
+    channel: Channel
+    writer: int
+    payload: bytes
+
+
+class _Writer(NamedTuple):
+    """A writer that exists or has existed."""
+
+    guid: bytes
+    qos: QoSProfile
+
+
+class _Server(NamedTuple):
+    """The request reader of a server that exists or has existed."""
+
+    service: str
+    gone_ns: int | None = None
+
+
+class _News(GraphListener):
+    """Queues news of the graph."""
+
+    def __init__(self, queue: WaitingLine[object]) -> None:
+        self._queue = queue
+        self._participants: set[bytes] = set()
+
+    def learn_participants(self, participants: Sequence[tuple[bytes, bool]]) -> None:
+        for guid, alive in participants:
+            if alive:
+                self._participants.add(guid)
+            else:
+                self._participants.discard(guid)
+
+    def learn_nodes(self, participant: Participant) -> bool:
+        if participant.guid not in self._participants:
+            return False
+        self._queue.put(participant)
+        return True
+
+    def learn_endpoints(self, endpoints: Sequence[wheel.Endpoint], *, writers: bool) -> None:
+        for endpoint in endpoints:
+            self._queue.put((endpoint, writers))
+
+
+class CycloneTap(LiveObserver):
+    """Passes the events of a live network to a tap; it has no node, and sends no samples.
+
+    It takes the arguments of `CycloneDDS`. The tap's methods are called on a separate thread, in the order of sending,
+    about 0.1 s later, with times of sending by the system clock; a sender's time counts within the second before the
+    sample came. A response waits up to 3 s for its request, which may have to be sent again. A sample waits up to 3 s
+    for the announcement of its node, whose name is empty without it. Connecting takes some hundredths of a second
+    after an endpoint appears; earlier samples are lost unless they are kept for late readers. `on_request` is called
+    once for each node that offers the service.
+
+    Attributes:
+        problems: topic or service → number of samples that could not be used.
+
+    Raises:
+        MiddlewareError: a setting cannot be used, or the domain cannot be entered.
+    """
+
+    def __init__(
+        self,
+        tap: Tap,
+        *,
+        domain_id: int | None = None,
+        network: bool = False,
+        distro: str | None = None,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        self.problems: Counter[str] = Counter()
+        self._tap = tap
+        self._queue: WaitingLine[object] = WaitingLine()
+        self._failure: Exception | None = None
+        self._writers: dict[int, _Writer] = {}
+        self._servers: dict[bytes, _Server] = {}
+        self._unannounced: dict[bytes, RosName] = {}
+        self._node_of: dict[bytes, str] = {}
+        self._nodes: set[tuple[bytes, str]] = set()
+        self._events: list[_Event] = []
+        self._requests: dict[tuple[str, RequestId], None] = {}
+        self._ages = count()
+        configuration = read_configuration(environment, domain_id=domain_id, network=network, distro=distro)
+        news = _News(self._queue)
+        self._link = Link(configuration, self._queue.put, self._on_problem, self._queue.put, news)
+        self._channels = Channels(self._link)
+        self._thread = threading.Thread(target=self._run, name="tap", daemon=True)
+        self._thread.start()
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self._leave()
+        if kind is None:
+            self.check()
+
+    def check(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+    def finish(self) -> None:
+        self._stop()
+        self.check()
+
+    def close(self) -> None:
+        self._leave()
+        self.check()
+
+    def _stop(self) -> None:
+        if self._thread.is_alive():
+            self._queue.put(None)
+            self._thread.join()
+
+    def _leave(self) -> None:
+        self._stop()
+        if not self._link.has_left:
+            self._link.leave(())
+
+    def _on_problem(self, where: str, problem: str) -> None:
+        del problem
+        self.problems[where] += 1
+
+    # Its thread
+
+    def _run(self) -> None:
+        try:
+            while self._handle_next():
+                self._pass_due_on(time.time_ns())
+            self._link.look()
+            for channel in self._channels:
+                self._take(channel)
+            while self._queue:
+                self._handle_next()
+            self._pass_due_on(None)
+        except Exception as error:  # noqa: BLE001  `close` raises it
+            self._failure = error
+
+    def _handle_next(self) -> bool:
+        """Handle the next item, if there is any within a moment; return whether to go on."""
+        try:
+            item = self._queue.get(_STEP_S if self._events else None)
+        except Empty:
+            return True
+        if isinstance(item, Exception):
+            raise item
+        if isinstance(item, int):
+            channel = self._channels.get(item)
+            if channel is not None:  # else news of the graph, which is queued separately
+                self._take(channel)
+                self._channels.watch(item)
+        elif isinstance(item, Participant):
+            self._learn_nodes(item)
+        elif isinstance(item, tuple):
+            self._learn_endpoint(*item)
+        return item is not None
+
+    def _take(self, channel: Channel) -> None:
+        while (sample := wheel.take(channel.reader)) is not None:
+            payload, writer, sent_ns = sample
+            now_ns = time.time_ns()
+            sent_ns = min(max(sent_ns, now_ns - _LATEST_NS), now_ns)
+            event = _Event(sent_ns, next(self._ages), now_ns, channel, writer, payload)
+            heappush(self._events, event)
+
+    # The graph
+
+    def _learn_nodes(self, participant: Participant) -> None:
+        for node in participant.nodes:
+            name = qualified_name(node.namespace, node.name)
+            self._node_of.update(dict.fromkeys((*node.readers, *node.writers), name))
+            if (participant.guid, name) not in self._nodes:
+                self._nodes.add((participant.guid, name))
+                self._tap.on_node("", name)
+        for guid in [guid for guid in self._unannounced if guid in self._node_of]:
+            self._pass_reader_on(guid)
+
+    def _pass_reader_on(self, guid: bytes) -> None:
+        ros = self._unannounced.pop(guid)
+        self._tap.on_endpoint(self._node_of[guid], ros.kind, ros.name)
+
+    def _learn_endpoint(self, endpoint: wheel.Endpoint, writes: bool) -> None:
+        guid = endpoint.guid
+        if endpoint.participant == self._link.guid or OBSERVER in parse_user_data(endpoint.user_data):
+            return
+        if endpoint.topic and writes:
+            self._writers[endpoint.handle] = _Writer(guid, endpoint.qos)
+        ros = ros_name(endpoint.topic, endpoint.type_name, writes=writes)
+        if ros is not None:
+            self._listen(ros, endpoint.qos)
+            if not writes:
+                self._unannounced[guid] = ros
+            if ros.kind is EndpointKind.SERVICE:
+                self._servers[guid] = _Server(ros.name)
+            if guid in self._unannounced and guid in self._node_of:
+                self._pass_reader_on(guid)
+        if not endpoint.alive and guid in self._servers:
+            self._servers[guid] = self._servers[guid]._replace(gone_ns=time.time_ns())
+
+    def _listen(self, ros: RosName, qos: QoSProfile) -> None:
+        try:
+            self._channels.listen(ros, qos)
+        except (InterfaceError, MiddlewareError):  # an unknown type, or a name that DDS refuses
+            self.problems[ros.name] += 1
+
+    # Samples
+
+    def _pass_due_on(self, now_ns: int | None) -> None:
+        """Pass on samples that have waited long enough, or all at the end."""
+        while self._events:
+            event = self._events[0]
+            waited_ns = _PATIENCE_NS if now_ns is None else now_ns - event.arrived_ns
+            if waited_ns < (_HOLD_NS if self._is_complete(event) else _PATIENCE_NS):
+                return
+            self._pass_on(heappop(self._events))
+
+    def _is_complete(self, event: _Event) -> bool:
+        """Return whether the nodes at both ends are known and, for a response, its request."""
+        writer = self._writers.get(event.writer)
+        return (
+            writer is not None
+            and writer.guid in self._node_of
+            and all(guid in self._node_of for guid in self._servers_of(event))
+            and (event.channel.writers is not EndpointKind.SERVICE or self._is_asked_for(event))
+        )
+
+    def _is_asked_for(self, event: _Event) -> bool:
+        try:
+            request_id, _ = split_sample(event.payload)
+        except InterfaceError:  # counted when it is passed on
+            return True
+        return (event.channel.name, request_id) in self._requests
+
+    def _servers_of(self, event: _Event) -> list[bytes]:
+        """Return the readers that have received a request."""
+        if event.channel.writers is not EndpointKind.CLIENT:
+            return []
+        return [
+            guid
+            for guid, (service, gone_ns) in self._servers.items()
+            if service == event.channel.name and (gone_ns is None or gone_ns > event.sent_ns)
+        ]
+
+    def _pass_on(self, event: _Event) -> None:
+        channel, writer = event.channel, self._writers.get(event.writer)
+        node = "" if writer is None else self._node_of.get(writer.guid, "")
+        try:
+            if channel.writers is EndpointKind.PUBLISHER:
+                if writer is None or self._channels.hears(channel, writer.qos):
+                    message = deserialize(event.payload, channel.message)
+                    self._tap.on_message(event.sent_ns, channel.name, node, message)
+                return
+            request_id, payload = split_sample(event.payload)
+            message = deserialize(payload, channel.message)
+            if channel.writers is EndpointKind.SERVICE:
+                self._tap.on_response(event.sent_ns, channel.name, node, message, request_id)
+                return
+            self._requests[channel.name, request_id] = None
+            if len(self._requests) > _REMEMBERED:
+                del self._requests[next(iter(self._requests))]
+            for server in dict.fromkeys(self._node_of.get(guid, "") for guid in self._servers_of(event)):
+                self._tap.on_request(event.sent_ns, channel.name, node, server, message, request_id)
+        except InterfaceError:
+            self.problems[channel.name] += 1

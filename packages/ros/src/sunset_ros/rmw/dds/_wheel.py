@@ -1,0 +1,175 @@
+"""The private functions of the wheel `cyclonedds` that this library needs.
+
+Topics of a type, samples as raw CDR, and endpoints from built-in topics exist only as private functions, in the version
+that `_library` accepts.
+"""
+
+import ctypes
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any, Final, NamedTuple
+
+from sunset_ros.rmw.core.qos import QoSProfile
+from sunset_ros.rmw.dds._library import checked, delete, read_qos, sertype_of
+
+from cyclonedds import _clayer  # isort: skip  after the version was checked
+from cyclonedds.idl import make_idl_struct  # isort: skip
+from cyclonedds.idl.types import uint8  # isort: skip
+
+MAKING_TOPIC: Final = threading.Lock()
+"""Held while a topic is made: its participant must not be deleted meanwhile."""
+
+_ANY: Final = 127  # samples in every state
+_ALIVE: Final = 16  # the state of existing instances
+_BATCH: Final = 1000
+_ONE: Final = 1  # an error loses the whole batch
+_OPERATIONS: Final = 14
+_TYPE_INFORMATION: Final = (8, 9, 10)  # type_id, type_map, type_info of struct ddsi_sertype_ops
+
+
+@contextmanager
+def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
+    """Make a topic, from its name and its type's name in DDS, for writers and readers made within the context.
+
+    As in ROS 2, they announce no type information, so DDS compares only the names of types. The wheel's own type
+    information would prevent connections to processes that define the type differently. DDS does not check samples;
+    they are checked when they are decoded.
+    """
+    with MAKING_TOPIC:  # topics of a type share the table that is changed here
+        topic: int = _clayer.ddspy_topic_create(participant, name, _octet(type_name), None, None)
+        checked(topic, f"make topic {name}")
+        operations = ctypes.c_void_p.from_address(sertype_of(topic))  # the first member of a sertype
+        original = operations.value
+        operations.value = ctypes.addressof(_without_type_information(original))
+        try:
+            yield topic
+        finally:
+            operations.value = original  # deleting the type needs them
+            delete(topic)
+
+
+def prepare(type_name: str) -> None:
+    """Make the type of later topics."""
+    _octet(type_name)
+
+
+@cache
+def _octet(type_name: str) -> object:
+    """Return a type of the wheel, which has a single octet."""
+    kind = make_idl_struct("Octet", type_name.replace("::", "."), {"octet": uint8}, dataclassify=False)
+    kind.__idl__.populate()
+    kind.__idl__.fill_type_data()
+    return kind
+
+
+@cache
+def _without_type_information(operations: int) -> ctypes.Array[ctypes.c_void_p]:
+    """Return a copy of a type's table of functions without those for XTypes information."""
+    table = (ctypes.c_void_p * _OPERATIONS).from_address(operations)
+    return (ctypes.c_void_p * _OPERATIONS)(
+        *(None if index in _TYPE_INFORMATION else function for index, function in enumerate(table))
+    )
+
+
+# Samples
+
+
+def write(writer: int, payload: bytes, name: str) -> None:
+    """Send a payload of CDR, padded to a multiple of 4 bytes; `name` is for errors."""
+    result = _clayer.ddspy_write(writer, payload)
+    if result < 0:
+        checked(result, f"send a sample on {name}")
+
+
+def take(reader: int) -> tuple[bytes, int, int] | None:
+    """Return the oldest sample, the handle of its writer and its time of sending in ns; None without samples."""
+    while True:
+        taken: list[tuple[bytes, Any]] | int = _clayer.ddspy_take(reader, _ANY, 1)
+        if not taken or isinstance(taken, int):
+            return None
+        ((payload, info),) = taken
+        if info.valid_data:
+            return payload, info.publication_handle, info.source_timestamp
+
+
+class Endpoint(NamedTuple):
+    """A writer or reader on the network.
+
+    Attributes:
+        guid: 16 bytes that identify it.
+        participant: the GUID of its participant.
+        alive: whether it exists; if not, only the GUIDs and the handle are certain.
+        topic: the name of its DDS topic.
+        type_name: the name of its DDS type.
+        qos: the profile that it announces.
+        user_data: the user data that it announces.
+        handle: its number in this process; 0 in the result of a search by handle.
+    """
+
+    guid: bytes
+    participant: bytes
+    alive: bool
+    topic: str
+    type_name: str
+    qos: QoSProfile
+    user_data: bytes
+    handle: int
+
+
+def _endpoint(*described: Any) -> Endpoint:
+    guid, participant, _, topic, type_name, announced, info, _ = described
+    handle = 0 if info is None else info.instance_handle
+    if announced is None:
+        return Endpoint(guid, participant, False, "", "", QoSProfile(), b"", handle)
+    alive = info is None or info.instance_state == _ALIVE
+    qos, user_data = announced
+    return Endpoint(guid, participant, alive, topic, type_name, qos, user_data, handle)
+
+
+def take_endpoints(reader: int) -> tuple[list[Endpoint], int]:
+    """Return news of endpoints from a reader of a built-in topic, and the number whose names are not UTF-8."""
+    endpoints: list[Endpoint] = []
+    unknown = 0
+    while True:
+        try:
+            batch: list[Endpoint] | int = _clayer.ddspy_take_endpoint(reader, _ONE, _endpoint, read_qos)
+        except Exception:  # noqa: BLE001  the wheel raises no other
+            unknown += 1
+            continue
+        if not batch or isinstance(batch, int):
+            return endpoints, unknown
+        endpoints += batch
+
+
+def take_participants(reader: int) -> list[tuple[bytes, bool]]:
+    """Return news of participants: (GUID, whether it exists)."""
+    participants: list[tuple[bytes, bool]] = []
+    while True:
+        batch: list[tuple[bytes, bool]] | int = _clayer.ddspy_take_participant(
+            reader, _BATCH, _participant, lambda _: None
+        )
+        if not batch or isinstance(batch, int):
+            return participants
+        participants += batch
+
+
+def _participant(guid: bytes, _: None, info: Any) -> tuple[bytes, bool]:
+    return guid, info.instance_state == _ALIVE
+
+
+def matched_subscription(writer: int, handle: int) -> Endpoint | None:
+    """Describe a reader by its handle; None if it is not connected to the writer."""
+    described: Endpoint | None = _clayer.ddspy_get_matched_subscription_data(
+        writer, handle, _endpoint, read_qos
+    )
+    return described
+
+
+def matched_publication(reader: int, handle: int) -> Endpoint | None:
+    """Describe a writer by its handle; None if it is not connected to the reader."""
+    described: Endpoint | None = _clayer.ddspy_get_matched_publication_data(
+        reader, handle, _endpoint, read_qos
+    )
+    return described

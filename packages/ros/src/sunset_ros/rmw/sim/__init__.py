@@ -1,0 +1,7 @@
+"""The simulated middleware: a world of processes in one Python process, in virtual time."""
+
+from sunset_ros.rmw.core.tap import Tap
+from sunset_ros.rmw.sim._process import SimProcess
+from sunset_ros.rmw.sim._simulation import Simulation
+
+__all__ = ["SimProcess", "Simulation", "Tap"]

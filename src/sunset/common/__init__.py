@@ -1,3 +1,0 @@
-"""Errors and texts of the client library, which the rest of SUNSET uses too."""
-
-__all__: list[str] = []

@@ -5,6 +5,6 @@ RUN useradd --create-home user && install -d -o user /home/user/sunset
 USER user
 WORKDIR /home/user/sunset
 COPY --chown=user . .
-RUN python3 -m venv .venv && . .venv/bin/activate && pip install '.[live,plots]'
+RUN python3 -m venv .venv && . .venv/bin/activate && pip install ./packages/ros '.[live,plots]'
 ENV PATH=/home/user/sunset/.venv/bin:$PATH
 CMD ["sunset", "run"]

@@ -13,6 +13,7 @@ from types import ModuleType
 import pytest
 
 import sunset
+import sunset_ros
 
 SOURCE = Path(sunset.__file__).parent
 EXTRAS = {"matplotlib", "onnx", "torch"}
@@ -82,8 +83,10 @@ def test_nothing_below_the_command_line_starts_it() -> None:
 
 
 def test_the_version_is_of_what_stands_in_the_files(tmp_path: Path) -> None:
-    package = tmp_path / "sunset"
-    shutil.copytree(SOURCE, package, ignore=shutil.ignore_patterns("__pycache__", "models"))
+    for package in (SOURCE, Path(sunset_ros.__file__).parent):
+        shutil.copytree(
+            package, tmp_path / package.name, ignore=shutil.ignore_patterns("__pycache__", "models")
+        )
     command = "from sunset.source_files import package_version as version; print(version())"
 
     def version() -> str:
@@ -92,10 +95,13 @@ def test_the_version_is_of_what_stands_in_the_files(tmp_path: Path) -> None:
 
     first = version()
     assert re.fullmatch(rf"{re.escape(sunset.__version__)}\+[0-9a-f]{{8}}", first)
-    (package / "notes.txt").write_text("not code")
-    (package / "system/__pycache__").mkdir(exist_ok=True)
-    (package / "system/__pycache__/old.py").write_text("not code, either")
+    (tmp_path / "sunset/notes.txt").write_text("not code")
+    (tmp_path / "sunset/system/__pycache__").mkdir(exist_ok=True)
+    (tmp_path / "sunset/system/__pycache__/old.py").write_text("not code, either")
     assert version() == first
-    with (package / "system/suite_files/calm.yaml").open("a") as file:
-        file.write("# calmer\n")
-    assert version() != first
+    versions = {first}
+    for file in ("sunset/system/suite_files/calm.yaml", "sunset_ros/node.py"):
+        with (tmp_path / file).open("a") as opened:
+            opened.write("# changed\n")
+        versions.add(version())
+    assert len(versions) == 3

@@ -18,9 +18,11 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Final
 
 import sunset
+import sunset_ros.errors
 from sunset.texts import line_text
 
-_PACKAGE: Final = Path(sunset.__file__).parent
+PACKAGES: Final = {package.__name__: Path(str(package.__file__)).parent for package in (sunset, sunset_ros)}
+"""Name → folder of this package and of the client library, whose modules are not a user's."""
 
 _folders: set[Path] = set()
 """Folders whose modules are imported without bytecode."""
@@ -33,25 +35,27 @@ LIBRARIES: Final = frozenset({"site-packages", "dist-packages"})
 """The names of folders of installed packages."""
 
 _OWN: Final = (".py", ".yaml")
-"""Endings of this package's own files that decide results; models and flights have checksums of their own."""
+"""Endings of the packages' own files that decide results; models and flights have checksums of their own."""
 _MODULES: Final = (*EXTENSION_SUFFIXES, *SOURCE_SUFFIXES)
 
 
 @cache
 def package_version() -> str:
-    """Return this package's version with a checksum of its source files, such as `0.1.0+c3f2a1b4`.
+    """Return this package's version with a checksum of its and the client library's sources, such as `0.1.0+c3f2a1b4`.
 
     Edited files make another version, since results may differ.
     """
-    root, digest = str(_PACKAGE), hashlib.sha256()
-    for folder, folders, files in os.walk(root):
-        folders[:] = sorted(set(folders) - {"__pycache__"})
-        for name in sorted(file for file in files if file.endswith(_OWN)):
-            path = f"{folder}/{name}"
-            with open(path, "rb", buffering=0) as file:  # noqa: PTH123  making a Path takes as long as reading the file
-                text = file.read()
-            digest.update(f"{path.removeprefix(root)} {len(text)}\n".encode())
-            digest.update(text)
+    digest = hashlib.sha256()
+    for package, place in PACKAGES.items():
+        root = str(place)  # a Path a file takes as long as reading it
+        for folder, folders, files in os.walk(root):
+            folders[:] = sorted(set(folders) - {"__pycache__"})
+            for name in sorted(file for file in files if file.endswith(_OWN)):
+                path = f"{folder}/{name}"
+                with open(path, "rb", buffering=0) as file:  # noqa: PTH123  as above
+                    text = file.read()
+                digest.update(f"{package}{path.removeprefix(root)} {len(text)}\n".encode())
+                digest.update(text)
     return f"{sunset.__version__}+{digest.hexdigest()[:8]}"
 
 
@@ -74,7 +78,11 @@ class _Finder:
         name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         spec = _known_spec(name, path) or PathFinder.find_spec(name, path, target)
-        if spec is not None and type(spec.loader) is SourceFileLoader and name.partition(".")[0] != "sunset":
+        if (
+            spec is not None
+            and type(spec.loader) is SourceFileLoader
+            and name.partition(".")[0] not in PACKAGES
+        ):
             depth = name.count(".") + (spec.submodule_search_locations is not None)
             if _folders.intersection([*Path(spec.loader.path).parents][depth : depth + 1]):
                 spec.loader = _Loader(name, spec.loader.path)
@@ -134,7 +142,8 @@ def installed_folders() -> tuple[Path, ...]:
 
     Files in a folder of `sys.path` that `has_libraries` are not the user's own, except in the working directory.
     """
-    prefixes = [sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix, str(_PACKAGE)]
+    prefixes = [sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix]
+    prefixes += map(str, PACKAGES.values())
     here = {"", str(Path.cwd())}
     libraries = [entry for entry in sys.path if entry not in here and has_libraries(Path(entry))]
     return tuple(dict.fromkeys(Path(place).resolve() for place in (*prefixes, *libraries)))
@@ -147,8 +156,10 @@ def has_libraries(folder: Path) -> bool:
 
 
 def is_installed(path: Path) -> bool:
-    """Return whether a path is in one of `installed_folders`, or is the folder with this package."""
-    return path == _PACKAGE.parent or any(path.is_relative_to(place) for place in installed_folders())
+    """Return whether a path is in one of `installed_folders`, or holds one of `PACKAGES`."""
+    if any(path == package.parent for package in PACKAGES.values()):
+        return True
+    return any(path.is_relative_to(place) for place in installed_folders())
 
 
 def import_file(path: Path, name: str) -> ModuleType:

@@ -83,4 +83,4 @@ def test_the_artifact_says_how_to_make_the_environment_that_it_needs() -> None:
     done = subprocess.run(without_packages, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "SUNSET is not installed" in done.stderr
-    assert "pip install '.[live]'" in done.stderr
+    assert "pip install ./packages/ros '.[live]'" in done.stderr

@@ -15,7 +15,7 @@ from sunset.confinement.landlock import SCOPES_SINCE, landlock_version, restrict
 from sunset.confinement.namespaces import can_enclose, enclose
 from sunset.confinement.privileges import drop_root
 from sunset.confinement.seccomp import can_filter_calls, filter_calls, filter_program, forgo_privileges
-from sunset.source_files import has_libraries
+from sunset.source_files import PACKAGES, has_libraries
 
 WALLS: Final = {
     "Landlock": "the user's files can be read and written",
@@ -31,8 +31,7 @@ _OPEN_FILES: Final = 256
 _TASKS: Final = 256
 """Processes and threads that there may be besides the present ones."""
 
-_PACKAGE: Final = Path(__file__).parents[1]
-_HIDDEN: Final = (_PACKAGE / "wild").resolve()
+_HIDDEN: Final = (PACKAGES["sunset"] / "wild").resolve()
 """Faults that no catalogue lists, which no confined process can read."""
 _SYSTEM: Final = (
     *("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64"),
@@ -191,7 +190,7 @@ def _tasks() -> int:
 def _needed() -> tuple[Path, ...]:
     """Return the paths that Python and programs need."""
     programs = Path("/etc").glob("java-*")  # Debian's configuration of Java
-    places = dict.fromkeys([*map(Path, _SYSTEM), *programs, _PACKAGE, *_python()])
+    places = dict.fromkeys([*map(Path, _SYSTEM), *programs, *PACKAGES.values(), *_python()])
     # this user may not be allowed into the home of the interpreter's owner
     return tuple(place for place in places if os.access(place, os.F_OK))
 

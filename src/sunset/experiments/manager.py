@@ -14,11 +14,11 @@ from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import EXTERNAL
 from sunset.processes.calls import Watch, call_isolated
 from sunset.processes.process import ProcessDeath, killed_error
+from sunset.source_files import PACKAGES
 from sunset.system import current_system
 from sunset.texts import described_error, line_text
 from sunset_ros import CallbackError
 
-_PACKAGE: Final = Path(__file__).parents[1]
 _STILL_S: Final = 60.0
 """Processor time beyond the limit of its managing system that a simulation may take without a sign of life."""
 
@@ -128,7 +128,7 @@ def node_error(
 
 def _foreign_place(frames: Sequence[tuple[str, int, str]]) -> str:
     """Return the last line that ran of the first file outside SUNSET, as text; the frames are outermost first."""
-    foreign = [frame for frame in frames if not Path(frame[0]).is_relative_to(_PACKAGE)]
+    foreign = [frame for frame in frames if not {*PACKAGES.values()} & {*Path(frame[0]).parents}]
     if not foreign:
         return ""
     return line_text(*[frame for frame in foreign if frame[0] == foreign[0][0]][-1])

@@ -14,11 +14,18 @@ from sunset.managing.command import PREFIX
 from sunset.managing.names import MANAGERS, check_printable
 from sunset.managing.program import load_program
 from sunset.managing.symptoms import Symptoms
-from sunset.source_files import functions_of, import_file, import_from, import_place, is_edited
+from sunset.source_files import (
+    PACKAGES,
+    functions_of,
+    import_file,
+    import_from,
+    import_place,
+    is_edited,
+)
 from sunset.texts import described_error
 from sunset_ros.texts import suggestion
 
-_KNOWN: Final = frozenset({"sunset", "builtins"})
+_KNOWN: Final = frozenset({*PACKAGES, "builtins"})
 """Top-level modules whose classes are not part of a managing system."""
 
 

@@ -43,6 +43,8 @@ __all__ = [
     "try_shutdown",
 ]
 
+__version__ = "0.1.0"
+
 _MODULES: Final = MappingProxyType(
     {
         "CallbackError": "sunset_ros.rmw.core.port",

@@ -1,7 +1,8 @@
 """The life of a process on the network, as in `rclpy.context`."""
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 from sunset_ros.arguments import Arguments
 from sunset_ros.errors import MiddlewareError
@@ -97,9 +98,20 @@ class Context:
         self._on_shutdown.append(callback)
 
 
-_DEFAULT = Context()
+_default = Context()
 
 
 def get_default_context() -> Context:
     """Return the context that is used where none is named."""
-    return _DEFAULT
+    return _default
+
+
+@contextmanager
+def default_context(context: Context) -> Iterator[None]:
+    """Make a context the default one for a while."""
+    global _default  # noqa: PLW0603  the default is global, as in rclpy
+    before, _default = _default, context
+    try:
+        yield
+    finally:
+        _default = before

@@ -9,6 +9,8 @@ from typing import Final, TypeAlias
 from sunset_ros.commands import graph, services, topics
 from sunset_ros.commands.session import NotThereError
 
+__all__ = ["EXIT_NOT_THERE", "add_arguments"]
+
 EXIT_NOT_THERE: Final = 1
 """The exit code where a name is not on the graph, or a request is refused."""
 

@@ -26,7 +26,7 @@ def main() -> int:
         if file.is_file() and file.read_text(encoding="utf-8") == text:
             continue
         stale += 1
-        print(f"{'differs' if arguments.check else 'written'}: {path}")  # noqa: T201  its output
+        print(f"{'differs' if arguments.check else 'written'}: {path}")
         if not arguments.check:
             file.write_text(text, encoding="utf-8")
     return int(arguments.check and stale > 0)

@@ -49,6 +49,7 @@ order = {
         "docs/api/town",
         "docs/api/metrics",
         "docs/api/recording",
+        "packages/ros/README",
         "docs/api/ros",
         "docs/api/errors",
     ),
@@ -58,7 +59,7 @@ order = {
 project = "SUNSET"
 release = sunset.__version__
 root_doc = "README"
-include_patterns = ["*.md", "docs/**"]
+include_patterns = ["*.md", "docs/**", "packages/*/README.md"]
 exclude_patterns = ["docs/results/**"]
 source_suffix = {".md": "markdown", ".ipynb": "notebook"}
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]

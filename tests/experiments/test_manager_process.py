@@ -15,6 +15,7 @@ import pytest
 from msgspec import UNSET
 
 import sunset
+import sunset_ros
 from sunset.errors import ExtensionError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, manager_checksum, run
 from sunset.experiments.manager import isolate
@@ -186,7 +187,8 @@ def test_an_installation_is_found_wherever_python_finds_it(layered: bool, tmp_pa
         "import numpy\nfrom sunset.managing import ManagingSystem\n\n"
         "class Mine(ManagingSystem):\n    def adapt(self, symptoms): pass\n"
     )
-    installed = [sysconfig.get_path("purelib"), str(Path(sunset.__file__).parents[1])]
+    folders = [str(Path(str(package.__file__)).parents[1]) for package in (sunset, sunset_ros)]
+    installed = [sysconfig.get_path("purelib"), *folders]
     if layered:
         venv.create(tmp_path / "upper")
         python = tmp_path / "upper" / "bin" / "python"

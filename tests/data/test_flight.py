@@ -1,10 +1,11 @@
 import pytest
 
-from sunset import classes, flights, seeding, town
+from sunset import classes, flights, town
 from sunset.data import DEFAULT_FLIGHT, FlightPlan, frames_for, render_frames, render_views
 from sunset.errors import InvalidInputError, MissingExtraError
 from sunset.flights import FlightSpec
 from sunset.town.seeding import generator
+from sunset_ros import seeding
 
 pytestmark = pytest.mark.xdist_group("towns")  # each is built once
 

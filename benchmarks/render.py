@@ -7,7 +7,7 @@ from pathlib import Path
 from time import perf_counter, process_time
 
 from sunset.data import DEFAULT_FLIGHT, Frame, read_bag, render_frames, write_bag
-from sunset.town.town import build_town
+from sunset_town.town import build_town
 
 
 def main() -> None:

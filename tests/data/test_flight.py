@@ -1,11 +1,12 @@
 import pytest
 
-from sunset import classes, flights, town
+import sunset_town as town
+from sunset import classes, flights
 from sunset.data import DEFAULT_FLIGHT, FlightPlan, frames_for, render_frames, render_views
 from sunset.errors import InvalidInputError, MissingExtraError
 from sunset.flights import FlightSpec
-from sunset.town.seeding import generator
 from sunset_ros import seeding
+from sunset_town.seeding import generator
 
 pytestmark = pytest.mark.xdist_group("towns")  # each is built once
 
@@ -47,13 +48,13 @@ def test_mistakes_in_a_plan_and_in_views_are_errors_of_sunset(monkeypatch: pytes
         FlightPlan.of(FlightSpec(), 0)
     with pytest.raises(InvalidInputError, match="heights must be"):
         next(render_views(1, 1, 0, heights=(2,)))
-    monkeypatch.setattr("sunset.town.flight.is_free", lambda *_: False)
+    monkeypatch.setattr("sunset_town.flight.is_free", lambda *_: False)
     with pytest.raises(InvalidInputError, match="No street of town 1"):
         next(render_frames(FlightPlan(height=20)))
 
 
 def test_without_embreex_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sunset.town.town.EmbreeScene", None)
+    monkeypatch.setattr("sunset_town.town.EmbreeScene", None)
     town.build_town.cache_clear()
     with pytest.raises(MissingExtraError, match="fly a bag"):
         next(render_frames(DEFAULT_FLIGHT))

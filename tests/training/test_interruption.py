@@ -63,7 +63,7 @@ import sys
 from pathlib import Path
 
 from sunset.cli._main import _interrupt
-from sunset.town.town import build_town
+from sunset_town.town import build_town
 from sunset.training.frames import Views, render_set
 
 PLAN = tuple(Views(3, 1, seed, flight=True) for seed in (1, 2, 3))

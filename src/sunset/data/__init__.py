@@ -18,7 +18,7 @@ from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, frames_for, render_fr
 from sunset.data.picture_folder import PictureFolder, find_pictures
 from sunset.data.syndrone import SynDroneFlight, find_syndrone, is_syndrone, survey_syndrone
 from sunset.flights import TIMES, WEATHERS
-from sunset.town import DEPTH_RANGE_M, FRAME_SIZE, HEIGHTS_M, PITCHES_DEG, RENDER_VERSION, Frame
+from sunset_town import DEPTH_RANGE_M, FRAME_SIZE, HEIGHTS_M, PITCHES_DEG, RENDER_VERSION, Frame
 
 __all__ = [
     "DEFAULT_FLIGHT",

@@ -38,9 +38,9 @@ from sunset.data.pixels import dimensions, no_labels, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.image_digests import Pixels, remember_digest
 from sunset.output_files import flush, unwritable
-from sunset.town import Frame
 from sunset_ros.interfaces import message_definition, type_hash
 from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_town import Frame
 
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 

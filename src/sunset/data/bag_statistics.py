@@ -11,7 +11,7 @@ from sunset.classes import CARLA_IDS
 from sunset.data.bag import BagReader
 from sunset.data.conventions import Evidence
 from sunset.data.pixels import FAR
-from sunset.town import DEPTH_RANGE_M
+from sunset_town import DEPTH_RANGE_M
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,7 +18,7 @@ from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.errors import DataError, OutputError
 from sunset.input_files import file_digest, read_text
 from sunset.processes.workers import Progress, check_jobs, processors, worker_pool
-from sunset.town import RENDER_VERSION, Frame
+from sunset_town import RENDER_VERSION, Frame
 
 CHECKSUM_FILE: Final = "checksum.json"
 _BAG: Final = "flight"

@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from functools import wraps
 from typing import Final, ParamSpec
 
-from sunset import town
+import sunset_town as town
 from sunset.errors import InvalidInputError, MissingExtraError
 from sunset.flights import FlightSpec
-from sunset.town import LENGTH_M, Flight, Frame, MissingEmbreeError, TownError
+from sunset_town import LENGTH_M, Flight, Frame, MissingEmbreeError, TownError
 
 P = ParamSpec("P")
 
@@ -42,7 +42,7 @@ render_views = _translated(town.render_views)
 
 
 class FlightPlan(Flight):
-    """The plan of a flight that SUNSET renders, with the arguments of `sunset.town.Flight`.
+    """The plan of a flight that SUNSET renders, with the arguments of `sunset_town.Flight`.
 
     Raises:
         InvalidInputError: a value is out of its range.

@@ -22,7 +22,7 @@ from sunset.data.pixels import (
     resample,
 )
 from sunset.errors import DataError
-from sunset.town import FRAME_SIZE, Frame
+from sunset_town import FRAME_SIZE, Frame
 
 _KINDS: Final = MappingProxyType(
     {"rgb": (COLOUR_JPEG, COLOUR_PNG), "depth": (DEPTH_PNG,), "labels": (LABEL_PNG,)}

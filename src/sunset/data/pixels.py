@@ -19,8 +19,8 @@ import numpy.typing as npt
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
 from sunset.input_files import read_bytes
-from sunset.town import DEPTH_RANGE_M, Frame
 from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_town import DEPTH_RANGE_M, Frame
 
 T = TypeVar("T")
 

@@ -25,7 +25,7 @@ from sunset.data.pixels import (
 )
 from sunset.errors import DataError
 from sunset.image_digests import Pixels
-from sunset.town import FRAME_SIZE, Frame
+from sunset_town import FRAME_SIZE, Frame
 
 TOWNS: Final = ("01", "02", "03", "04", "05", "06", "07", "10HD")
 SIZE: Final = (1080, 1920)

@@ -46,6 +46,7 @@ order = {
         "docs/api/nodes",
         "docs/api/faults",
         "docs/api/data",
+        "packages/town/README",
         "docs/api/town",
         "docs/api/metrics",
         "docs/api/recording",

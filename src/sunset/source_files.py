@@ -21,8 +21,12 @@ import sunset
 import sunset_ros.errors
 from sunset.texts import line_text
 
-PACKAGES: Final = {package.__name__: Path(str(package.__file__)).parent for package in (sunset, sunset_ros)}
-"""Name → folder of this package and of the client library, whose modules are not a user's."""
+PACKAGES: Final = {
+    name: Path(str(spec.origin)).parent
+    for name in ("sunset", "sunset_ros", "sunset_town")
+    if (spec := importlib.util.find_spec(name))
+}
+"""Name → folder of this package, the client library and the town, whose modules are not a user's."""
 
 _folders: set[Path] = set()
 """Folders whose modules are imported without bytecode."""

@@ -14,6 +14,7 @@ import pytest
 
 import sunset
 import sunset_ros
+import sunset_town
 
 SOURCE = Path(sunset.__file__).parent
 EXTRAS = {"matplotlib", "onnx", "torch"}
@@ -83,7 +84,7 @@ def test_nothing_below_the_command_line_starts_it() -> None:
 
 
 def test_the_version_is_of_what_stands_in_the_files(tmp_path: Path) -> None:
-    for package in (SOURCE, Path(sunset_ros.__file__).parent):
+    for package in (SOURCE, *(Path(other.__file__).parent for other in (sunset_ros, sunset_town))):
         shutil.copytree(
             package, tmp_path / package.name, ignore=shutil.ignore_patterns("__pycache__", "models")
         )
@@ -100,8 +101,8 @@ def test_the_version_is_of_what_stands_in_the_files(tmp_path: Path) -> None:
     (tmp_path / "sunset/system/__pycache__/old.py").write_text("not code, either")
     assert version() == first
     versions = {first}
-    for file in ("sunset/system/suite_files/calm.yaml", "sunset_ros/node.py"):
+    for file in ("sunset/system/suite_files/calm.yaml", "sunset_ros/node.py", "sunset_town/light.py"):
         with (tmp_path / file).open("a") as opened:
             opened.write("# changed\n")
         versions.add(version())
-    assert len(versions) == 3
+    assert len(versions) == 4

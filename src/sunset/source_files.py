@@ -18,7 +18,6 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Final
 
 import sunset
-import sunset_ros.errors
 from sunset.texts import line_text
 
 PACKAGES: Final = {

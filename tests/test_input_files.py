@@ -13,7 +13,6 @@ from sunset.input_files import check_regular, file_digest, open_regular, read_by
 from sunset.perception import ModelCard
 from sunset.recording import count_runs, read_run
 from sunset.recording._bag import read_bag
-from sunset_ros._parameter_files import read_parameter_file
 
 READERS = [check_regular, file_digest, open_regular, read_bytes, read_text]
 
@@ -66,7 +65,6 @@ def test_a_link_to_a_file_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "read"),
     [
-        ("parameters.yaml", read_parameter_file),
         ("run.json", lambda file: read_run(file.parent)),
         ("messages.mcap", lambda file: list(read_bag(file.parent))),
         ("card.json", ModelCard.read),

@@ -40,10 +40,10 @@ from onnx import TensorProto, helper, numpy_helper
 
 from sunset.errors import SunsetError
 from sunset.perception import Modality, Model, Segmenter, list_models, load_model
-from sunset.training import CONFIGS, FrameSet, TrainingConfig
-from sunset.training.network import build, folded_weights
-from sunset.training.onnx_graph import Format, Network, export
-from sunset.training.quantise import ranges
+from sunset_lab import CONFIGS, FrameSet, TrainingConfig
+from sunset_lab.network import build, folded_weights
+from sunset_lab.onnx_graph import Format, Network, export
+from sunset_lab.quantise import ranges
 
 Arrays = dict[str, npt.NDArray[Any]]
 

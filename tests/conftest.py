@@ -34,9 +34,8 @@ for name in ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "COLUMNS", "LINES"):
 settings.register_profile("untimed", deadline=None)  # a busy computer is no failure
 settings.load_profile("untimed")
 
-LARGE = tuple(
-    Path(__file__).parent / name for name in ("bundling", "cli/test_models.py", "data", "training", "viewing")
-)
+LARGE = tuple(Path(__file__).parent / name for name in ("bundling", "cli/test_models.py", "data", "viewing"))
+LARGE += (Path(__file__).parents[1] / "packages/lab/tests",)
 
 
 @cache

@@ -7,7 +7,7 @@ import pytest
 from sunset.data import HEIGHTS_M, PITCHES_DEG
 from sunset.errors import InvalidInputError
 from sunset.flights import HELD_OUT, KEYS, PANEL, TIMES, WEATHERS, FlightSpec, parse_flights
-from sunset.training.frames import TRAINING_TOWNS, VALIDATION_TOWN
+from sunset_lab.frames import TRAINING_TOWNS, VALIDATION_TOWN
 
 
 def test_a_flight_without_conditions_is_the_default_one() -> None:

@@ -17,7 +17,7 @@ _MODULES: Final = {
         "make_scenario",
     ),
     "sunset.api.flights": ("bag_statistics", "measure_flights", "render_flight"),
-    "sunset.api.models": (
+    "sunset_lab.models": (
         *(
             "TrainingOptions",
             "calibrate_model",

@@ -6,12 +6,6 @@ from sunset.api.catalogue import make_scenario as make_scenario
 from sunset.api.flights import bag_statistics as bag_statistics
 from sunset.api.flights import measure_flights as measure_flights
 from sunset.api.flights import render_flight as render_flight
-from sunset.api.models import TrainingOptions as TrainingOptions
-from sunset.api.models import calibrate_model as calibrate_model
-from sunset.api.models import import_model as import_model
-from sunset.api.models import measure_curves as measure_curves
-from sunset.api.models import measure_iou as measure_iou
-from sunset.api.models import train_model as train_model
 from sunset.api.options import CampaignOptions as CampaignOptions
 from sunset.api.pictures import fault_figure as fault_figure
 from sunset.api.pictures import fault_picture as fault_picture
@@ -39,5 +33,11 @@ from sunset.managing import Symptoms as Symptoms
 from sunset.perception import list_models as list_models
 from sunset.perception import load_model as load_model
 from sunset.scenarios import load_scenario as load_scenario
+from sunset_lab.models import TrainingOptions as TrainingOptions
+from sunset_lab.models import calibrate_model as calibrate_model
+from sunset_lab.models import import_model as import_model
+from sunset_lab.models import measure_curves as measure_curves
+from sunset_lab.models import measure_iou as measure_iou
+from sunset_lab.models import train_model as train_model
 
 __version__: str

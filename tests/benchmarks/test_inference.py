@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sunset.perception import Modality, Model
-from sunset.training import LiteShape, TrainingConfig
+from sunset_lab import LiteShape, TrainingConfig
 
 pytestmark = pytest.mark.thorough
 

@@ -28,7 +28,7 @@ def interrupted(*_: object, **__: object) -> NoReturn:
         ),
         (
             ["train", "--out", "model"],
-            "sunset.cli.train.train_model",
+            "sunset_lab.verbs.train.train_model",
             "Interrupted; the same command with --resume continues it.\n",
         ),
     ],

@@ -18,8 +18,8 @@ import sunset
 from sunset.cli import main
 from sunset.data import Frame, read_bag, write_bag
 from sunset.perception import load_model
-from sunset.training import ReferenceShape
-from sunset.training.curves_text import as_json
+from sunset_lab import ReferenceShape
+from sunset_lab.curves_text import as_json
 
 ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "curves of an unknown model": (["curves", "huge"], "huge"),
@@ -249,7 +249,7 @@ def test_a_model_without_fusion_is_said_not_to_do_for_a_run(
 def checkpoint(path: Path, **other: Any) -> None:
     """Write the published network's state dict: zeros, but for some of the entries of `backbone.bn1`."""
     torch = pytest.importorskip("torch")
-    from sunset.training.network import build  # noqa: PLC0415  needs torch
+    from sunset_lab.network import build  # noqa: PLC0415  needs torch
 
     with torch.device("meta"):
         names = build(ReferenceShape().network("", "")).state_dict()

@@ -58,7 +58,7 @@ def test_showing_a_model_imports_nothing_that_trains() -> None:
     modules = imported("from sunset.cli import main; main(['models', 'show', 'lite'])")
 
     assert "sunset.cli.models" in modules
-    assert {name for name in modules if name.startswith("sunset.training")} == set()
+    assert {name for name in modules if name.startswith("sunset_lab")} == set()
 
 
 def test_the_toolbox_for_ros_imports_nothing_of_experiments() -> None:

@@ -9,7 +9,7 @@ from sunset.errors import ModelError, ScenarioError
 from sunset.perception import load_model
 from sunset.perception.severities import SEVERITIES_NAME, with_severities
 from sunset.scenarios import Scenario, ScenarioFault, with_strengths
-from sunset.training.curves_text import strength_at
+from sunset_lab.curves_text import strength_at
 
 SHIFTED = Scenario("shifted", (ScenarioFault("image_shift", severity=2), ScenarioFault("gpu_failure")))
 STRENGTHS = {"image_shift": (2.0, 5.0, 10.0, None, None)}

@@ -28,12 +28,14 @@ class Verb(NamedTuple):  # not a dataclass, whose module is slow to import
         is_long: whether SIGTERM ends it in order, and loading it is reported.
         continuation: how interrupted work is continued, if finished work is kept.
         is_extensible: whether it takes extensions of the managed system.
+        module: the module of its arguments; a module beside this one if empty.
     """
 
     help: str
     is_long: bool = False
     continuation: str = ""
     is_extensible: bool = False
+    module: str = ""
 
 
 _SAME_COMMAND: Final = "the same command continues it"
@@ -61,14 +63,17 @@ VERBS: Final[Mapping[str, Verb]] = {
         is_extensible=True,
     ),
     "train": Verb(
-        "train a segmentation model on rendered towns", True, "the same command with --resume continues it"
+        "train a segmentation model on rendered towns",
+        True,
+        "the same command with --resume continues it",
+        module="sunset_lab.verbs.train",
     ),
     "node": Verb("run one node as a process on ROS 2's network", is_extensible=True),
     "up": Verb("run the whole system as processes on ROS 2's network", is_extensible=True),
     "ros": Verb("look at a running ROS 2 system and change it, without a ROS installation"),
     "completion": Verb("print what a shell completes this command line with"),
 }
-"""By name. Each is a module beside this one."""
+"""By name. The module of a verb is imported when it is used, also from packages that import this one."""
 
 
 _EXTENSION: Final[Mapping[str, Any]] = {
@@ -182,15 +187,15 @@ def at_least_one(text: str) -> int:
     return number
 
 
-def add_module(name: str) -> Callable[[Parser], None]:
-    """Return a function that imports a module of `cli`, and adds its arguments and its `execute`, if any."""
+def add_module(name: str, *, is_extensible: bool = False) -> Callable[[Parser], None]:
+    """Return a function that imports a module, and adds its arguments, its `execute`, if any, and `--extension`."""
 
     def add(parser: Parser) -> None:
-        module = import_module(f"sunset.cli.{name}")
+        module = import_module(name)
         if hasattr(module, "execute"):
             parser.set_defaults(execute=module.execute)
         module.add_arguments(parser)
-        if name in VERBS and VERBS[name].is_extensible:
+        if is_extensible:
             # `main` has taken them out of the command line already
             for each in (parser, *parser.below()):
                 each.add_argument("--extension", **_EXTENSION)
@@ -209,5 +214,6 @@ def make_parser() -> Parser:
     parser.add_argument("--version", action="version", version=f"sunset {sunset.__version__}")
     verbs = parser.add_subparsers(title="verbs", metavar="VERB")
     for name, verb in VERBS.items():
-        verbs.add_parser(name, help=verb.help, add=add_module(name))
+        module = add_module(verb.module or f"sunset.cli.{name}", is_extensible=verb.is_extensible)
+        verbs.add_parser(name, help=verb.help, add=module)
     return parser

@@ -19,7 +19,7 @@ _OTHERS: Final = {
     "flights": "find the thresholds of a model on flights, and how well they do",
     "iou": "tabulate the IoU of models on towns that they were not trained on",
 }
-"""Actions that have modules of their own, since most of them need the code that trains models."""
+"""Actions in modules of their own, most of them in the lab, which are imported when they are used."""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -38,7 +38,8 @@ def add_arguments(parser: Parser) -> None:
     add_flag(showing, "--json", "print the card as one JSON object")
     showing.set_defaults(execute=show)
     for name, text in _OTHERS.items():
-        actions.add_parser(name, help=text, add=add_module(f"_models_{name}"))
+        module = "sunset.cli._models_flights" if name == "flights" else f"sunset_lab.verbs.models_{name}"
+        actions.add_parser(name, help=text, add=add_module(module))
 
 
 def _add_list(parser: Parser) -> None:

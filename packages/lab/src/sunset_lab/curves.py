@@ -1,0 +1,258 @@
+"""Curves: IoU, entropy and sharpness with each fault that degrades images, by strength, and after its cure."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Unpack
+
+import numpy as np
+
+from sunset.calibration import (
+    AUC,
+    SAMPLES,
+    SHARPNESS,
+    Condition,
+    CurvesPlan,
+    Values,
+    chosen_frames,
+    plan_curves,
+    roc_auc,
+    signal_of,
+    window_means,
+)
+from sunset.data import read_bag
+from sunset.errors import DataError
+from sunset.metrics import count_classes, image_iou
+from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device
+from sunset.system import LoadedExtension, load_extension, loaded_extensions
+from sunset_lab.batches import Images
+from sunset_lab.over_frames import Arrays, LookOptions, over_frames
+from sunset_ros.seeding import generator
+
+BAND: Final = (0.5, 0.75)
+"""A fault at suite strength should leave this share of the nominal IoU."""
+
+DROP: Final = 0.03
+"""The least decrease of the IoU."""
+
+SHARPNESS_AUC: Final = 0.99
+"""The least AUC of the sharpness, for a fault that blurs."""
+
+CURED: Final = 0.02
+"""The most that the IoU after the cure may be below the IoU without a fault."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """The measurements in one condition. A window is five consecutive frames.
+
+    Attributes:
+        iou: mean over frames of the image's mean IoU over the classes in it.
+        entropy: mean over frames.
+        auc: chance that a window's mean entropy exceeds the entropy of a window without a fault.
+        over: share of windows over the model's threshold.
+        sharpness: of the camera's image, mean over frames.
+        sharpness_auc: chance that a window's mean sharpness is below the sharpness of a window without a fault.
+        under: share of windows under the model's threshold.
+    """
+
+    iou: float
+    entropy: float
+    auc: float
+    over: float
+    sharpness: float
+    sharpness_auc: float
+    under: float
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A fault at a strength, or several faults at once, before and after the cure.
+
+    Attributes:
+        strengths: by fault.
+        suite: whether these are the strengths of the suites.
+        before: with the faults.
+        after: after the cheapest cure; None where the model lacks its network, and for several faults.
+        goal: the IoU without a fault of the network that segments after the cure.
+    """
+
+    strengths: Mapping[str, float]
+    suite: bool
+    before: Figures
+    after: Figures | None
+    goal: float
+
+    @property
+    def name(self) -> str:
+        """The names of the faults."""
+        return " + ".join(self.strengths)
+
+    def shortfalls(self, nominal: float) -> tuple[str, ...]:
+        """Return the reasons why the strength does not fit the suites; `nominal` is the IoU without a fault."""
+        low, high = BAND
+        blurred = SHARPNESS in map(signal_of, self.strengths)
+        auc, least = (self.before.sharpness_auc, SHARPNESS_AUC) if blurred else (self.before.auc, AUC)
+        share = self.before.iou / nominal if nominal else 0.0
+        checks = (
+            (share < low and not blurred, f"IoU only {share:.0%} of nominal"),
+            (share > high and not blurred, f"IoU still {share:.0%} of nominal"),
+            (nominal - self.before.iou < DROP, f"IoU falls by less than {DROP}"),
+            (auc < least, f"{'sharpness' if blurred else 'entropy'} AUC {auc:.3f}, less than {least}"),
+            (
+                self.after is not None and self.goal - self.after.iou > CURED,
+                f"IoU after the cure more than {CURED} below {self.goal:.3f}",
+            ),
+        )
+        return tuple(text for missing, text in checks if missing)
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """The results of `measure_curves`.
+
+    Attributes:
+        model: its name and version.
+        frames: their number.
+        entropy_threshold: the model's.
+        sharpness_threshold: the model's.
+        nominal: without a fault, by network; runs begin with the first.
+        points: single faults by strength.
+        pairs: two faults at once at suite strength.
+    """
+
+    model: tuple[str, str]
+    frames: int
+    entropy_threshold: float
+    sharpness_threshold: float
+    nominal: Mapping[Modality, Figures]
+    points: tuple[Case, ...]
+    pairs: tuple[Case, ...]
+
+    @property
+    def main(self) -> Figures:
+        """The figures of the first network without a fault."""
+        return next(iter(self.nominal.values()))
+
+    def of(self, fault: str) -> tuple[Case, ...]:
+        """Return the points of a fault, by strength."""
+        return tuple(case for case in self.points if fault in case.strengths)
+
+    def share(self, figures: Figures) -> float:
+        """Return an IoU over the nominal IoU."""
+        return figures.iou / self.main.iou if self.main.iou else 0.0
+
+
+def look(
+    segmenter: Segmenter,
+    index: int,
+    images: Images,
+    conditions: Sequence[Condition],
+    extensions: Sequence[LoadedExtension],
+) -> Arrays:
+    """Return IoU, entropy and sharpness of a frame in every condition, (conditions, 3).
+
+    The noise of faults depends on the frame's number only. The extensions are loaded if this process lacks them.
+    """
+    for extension in extensions:
+        load_extension(extension.where, checksum=extension.checksum)
+    bgr, depth, truth = images
+    rows = []
+    for condition in conditions:
+        seen = condition.seen(bgr, depth, generator(0, "conditions", index))
+        result = segmenter.segment(condition.modality, seen.bgr, seen.depth)
+        rows.append((image_iou(count_classes(result.labels, truth)), result.entropy, seen.sharpness))
+    return (np.array(rows),)
+
+
+def measure_curves(
+    model: Model,
+    bag: Path,
+    *,
+    every: int = 1,
+    strengths: Mapping[str, float] | None = None,
+    grid: Mapping[str, Sequence[float]] | None = None,
+    **options: Unpack[LookOptions],
+) -> Curves:
+    """Measure a model on the frames of a bag, in every condition.
+
+    Args:
+        model: the model.
+        bag: of at least five frames, all with labels.
+        every: look at the first five of every 5 · `every` frames only.
+        strengths: in place of the suites', by fault.
+        grid: further strengths, by fault; None for the catalogue's.
+        **options: see `LookOptions`.
+    """
+    plan = plan_curves(model.card, strengths, grid)
+    chosen = chosen_frames(_count(bag, model.card), every)
+    options["device"] = find_device(options.get("device", "cpu"))
+    (values,) = over_frames(look, (plan.conditions(), loaded_extensions()), model, bag, chosen, **options)
+    return curves_of(plan, model.card, values, every)
+
+
+def _count(bag: Path, card: ModelCard) -> int:
+    """Return the number of frames in a bag that curves can be measured on."""
+    with read_bag(bag, size=(card.height, card.width)) as reader:
+        count, unlabelled = len(reader), reader.unlabelled
+    if unlabelled:
+        raise DataError(
+            f"The bag {bag} must have labels in every frame here, got none in {unlabelled} of {count}; choose another."
+        )
+    if count < SAMPLES:
+        raise DataError(f"The bag {bag} must have at least {SAMPLES} frames, got {count}.")
+    return count
+
+
+def curves_of(plan: CurvesPlan, card: ModelCard, values: Values, every: int = 1) -> Curves:
+    """Return the curves of measured values (frames, conditions, 3), as `look` returns them for `plan.conditions()`."""
+    places = {condition: place for place, condition in enumerate(plan.conditions())}
+    nominal = Condition(plan.networks[0])
+
+    def figures(condition: Condition) -> Figures:
+        return _figures(card, values[:, places[condition]], values[:, places[nominal]], every)
+
+    networks = {network: figures(Condition(network)) for network in plan.networks}
+    points = []
+    for fault, strength in plan.points:
+        before, after = plan.before(fault, strength=strength), plan.after(fault, strength)
+        cured = None if after is None else figures(after)
+        goal = networks[(after or nominal).modality].iou
+        points.append(
+            Case({fault: strength}, strength == plan.strengths[fault], figures(before), cured, goal)
+        )
+    pairs = (
+        Case(
+            {fault: plan.strengths[fault] for fault in pair},
+            suite=True,
+            before=figures(plan.before(*pair)),
+            after=None,
+            goal=networks[nominal.modality].iou,
+        )
+        for pair in plan.pairs
+    )
+    return Curves(
+        model=(card.name, card.version),
+        frames=len(values),
+        entropy_threshold=card.entropy_threshold,
+        sharpness_threshold=card.sharpness_threshold,
+        nominal=networks,
+        points=tuple(points),
+        pairs=tuple(pairs),
+    )
+
+
+def _figures(card: ModelCard, values: Values, nominal: Values, every: int) -> Figures:
+    """Return the figures of the values (frames, 3) in a condition, and without a fault."""
+    iou, entropy, sharpness = values.T
+    quiet, sharp = window_means(nominal[:, 1], every), window_means(nominal[:, 2], every)
+    unsure, focus = window_means(entropy, every), window_means(sharpness, every)
+    return Figures(
+        iou=float(iou.mean()),
+        entropy=float(entropy.mean()),
+        auc=roc_auc(quiet, unsure),
+        over=float((unsure > card.entropy_threshold).mean()),
+        sharpness=float(sharpness.mean()),
+        sharpness_auc=roc_auc(focus, sharp),
+        under=float((focus < card.sharpness_threshold).mean()),
+    )

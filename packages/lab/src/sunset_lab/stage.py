@@ -1,0 +1,377 @@
+"""A stage of a training: networks that are learned together, with checkpoints and a log."""
+
+import json
+import math
+import struct
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from pickle import UnpicklingError
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from sunset.classes import IGNORED
+from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
+from sunset.metrics import count_classes, image_iou
+from sunset_lab.archives import check_archive
+from sunset_lab.augment import Batch, DeviceFrames, cells_of, movement
+from sunset_lab.batches import draw
+from sunset_lab.config import Stage, TrainingConfig, describe_difference, describe_options
+from sunset_lab.inputs import HEIGHT, WIDTH
+from sunset_lab.network import (
+    build,
+    depth_input,
+    digest_of_weights,
+    forward,
+    rgb_input,
+    start_from_the_sum,
+    upsample,
+)
+from sunset_ros.interruption import held_signals
+from sunset_ros.seeding import drawn_seed
+
+CHECKPOINT: Final = "checkpoint.pt"
+LOG: Final = "log.jsonl"
+CHECKPOINT_EVERY_S: Final = 120.0
+"""Seconds between checkpoints, which are large: 1 GB for both branches of `reference`."""
+
+Weights = Mapping[str, Tensor]
+"""Tensors by name: a torch state dict."""
+
+_UNREADABLE: Final = (
+    EOFError,
+    KeyError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    UnpicklingError,
+    struct.error,
+)
+"""The exceptions of reading a damaged checkpoint."""
+
+Progress = Callable[..., None]
+"""Called with a title, the work done, the work in all, and a remark; its exceptions end the training in order."""
+
+
+@dataclass(frozen=True, slots=True)
+class Training:
+    """The parts of a training that its stages share; frames and `device` are torch's.
+
+    Attributes:
+        digest: the checksum of the frames.
+        validation: the frames of the log's IoU.
+        class_weights: (28,) by stage.
+        begun: the weights that the training starts from; empty for random weights.
+        origin: the name and version of their model.
+    """
+
+    config: TrainingConfig
+    frames: DeviceFrames
+    digest: str
+    validation: DeviceFrames
+    class_weights: Mapping[str, npt.NDArray[np.float32]]
+    begun: Weights
+    origin: str
+    device: torch.device
+    compiled: bool
+
+
+class StageRun:
+    """A stage, whose progress a folder keeps; `known` are the weights of earlier stages."""
+
+    def __init__(self, training: Training, stage: Stage, folder: Path, known: Weights) -> None:
+        config = training.config
+        torch.manual_seed(config.seed)
+        self._training, self._config, self._stage, self._folder = training, config, stage, folder
+        self._device = training.device
+        self._modules = build(config.plan(stage.learned))
+        own = self._modules.state_dict()
+        if training.begun:
+            self._modules.load_state_dict({name: training.begun[name] for name in own})
+        elif stage.begun_with is not None:
+            names = zip(own, build(config.plan((stage.begun_with,))).state_dict(), strict=True)
+            self._modules.load_state_dict({name: known[other] for name, other in names})
+        elif stage.frozen:
+            start_from_the_sum(self._modules)
+        self._modules.to(self._device)
+        self._frozen = build(config.plan(stage.frozen)).to(self._device).eval()
+        self._frozen.load_state_dict({name: known[name] for name in self._frozen.state_dict()})
+        self._optimiser = torch.optim.AdamW(
+            _parameters(self._modules, stage.schedule.weight_decay), fused=True
+        )
+        self._learned_forward = torch.compile(forward) if training.compiled else forward
+        self._weights = torch.from_numpy(training.class_weights[stage.name]).to(self._device)
+        self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}, frames {training.digest}"
+        if known:
+            self._description += f", on weights {digest_of_weights(known)}"
+        if training.origin:
+            self._description += f", from {training.origin}"
+        self._options = describe_options(config, stage, frames=training.digest, origin=training.origin)
+        self._step, self._seconds, self._since = 0, 0.0, 0.0
+        self._losses: list[Tensor] = []  # of each step since the last line of the log
+        self._kept: dict[int, dict[str, Tensor]] = {}
+
+    def fit(self, *, resume: bool, progress: Progress | None) -> Weights:
+        """Take all remaining steps, and return the weights; write checkpoints regularly, and on an interruption."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        if resume and (self._folder / CHECKPOINT).exists():
+            self._load()
+        _truncate(self._folder / LOG, self._step)
+        schedule, note = self._stage.schedule, ""
+        self._since = saved = time.perf_counter()
+        with held_signals("Ending after this step.") as raise_signal:
+            while self._step < schedule.steps:
+                self._learn()
+                last = self._step == schedule.steps
+                if self._step % schedule.log_every == 0 or last:
+                    note = self._log()
+                try:
+                    raise_signal()
+                    if progress is not None:
+                        progress(self._stage.name, self._step, schedule.steps, note)
+                except BaseException:
+                    self._save()
+                    raise
+                if last or time.perf_counter() - saved >= CHECKPOINT_EVERY_S:
+                    self._save()
+                    saved = time.perf_counter()
+        return {name: value.cpu() for name, value in self._modules.state_dict().items()}
+
+    def _number(self) -> int:
+        """Return the number of the next step's batch."""
+        distinct = self._stage.schedule.distinct
+        return self._step if distinct is None else self._step % distinct
+
+    def _learn(self) -> None:
+        """Take one step, without waiting for the device."""
+        schedule, frames = self._stage.schedule, self._training.frames
+        phase = schedule.phase(self._step)
+        batch = frames.batch(draw(len(frames), phase.batch, self._config.seed, self._number()))
+        self._modules.train()
+        for module in self._modules.modules():
+            if isinstance(module, nn.BatchNorm2d):
+                module.momentum = phase.momentum
+        for group in self._optimiser.param_groups:
+            group["lr"] = schedule.learning_rate_at(self._step)
+        frozen = self._frozen_logits(batch)
+        results = self._logits(self._learned_forward, batch, phase.output_stride, frozen)
+        row, column = batch.phase
+        labels = batch.labels[:, row::2, column::2].contiguous()
+
+        def loss(maps: Tensor, smoothing: float = 0.0) -> Tensor:
+            logits = _full_size(maps, batch.phase, 2)
+            return functional.cross_entropy(
+                logits, labels, self._weights, ignore_index=IGNORED, label_smoothing=smoothing
+            )
+
+        losses = [loss(results[f"{name}.logits"]) for name in self._stage.learned]
+        if "misaligned" in self._losses_learned():
+            misaligned = loss(self._misaligned(results), schedule.misaligned_smoothing)
+            losses.append(schedule.misaligned_weight * misaligned)
+        stacked = torch.stack(losses)
+        self._optimiser.zero_grad()
+        stacked.sum().backward()
+        self._optimiser.step()
+        self._step += 1
+        self._losses.append(stacked.detach())
+
+    def _losses_learned(self) -> tuple[str, ...]:
+        """Return the names of the losses of a step."""
+        learned = self._stage.learned
+        also = "fusion" in learned and self._stage.schedule.misaligned_weight
+        return (*learned, "misaligned") if also else learned
+
+    def _frozen_logits(self, batch: Batch) -> dict[str, Tensor]:
+        """Return the frozen branches' logits of a batch, and `moved`, the logits of its moved colour pictures.
+
+        They are kept if batches repeat.
+        """
+        if not self._stage.frozen:
+            return {}
+        number = self._number()
+        if number not in self._kept:
+            seed = drawn_seed(self._config.seed, "training", "movement", number)
+            across, down = movement(torch.Generator().manual_seed(seed))
+            moved = self._run_frozen(("rgb",), batch.bgr.roll((down, across), (1, 2)), batch.depth)
+            kept = self._run_frozen(self._stage.frozen, batch.bgr, batch.depth)
+            kept["moved"] = moved["rgb.logits"]
+            if self._stage.schedule.distinct is None:
+                return kept
+            self._kept[number] = kept
+        return self._kept[number]
+
+    def _run_frozen(self, names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Tensor]:
+        results = _inputs(names, bgr, depth)
+        with self._autocast(), torch.no_grad():
+            forward(self._config.plan(names), self._frozen, results)
+        return {f"{name}.logits": results[f"{name}.logits"] for name in names}
+
+    def _misaligned(self, results: Mapping[str, Tensor]) -> Tensor:
+        """Return the merged logits of a colour picture that is moved against the depth picture.
+
+        Only the merging layers learn from it. Frozen branches have seen the moved picture; the logits of other branches
+        are moved by whole cells, which is the same except at the borders.
+        """
+        moved = results.get("moved")
+        if moved is None:
+            stride = WIDTH // results["rgb.logits"].shape[3]
+            across, down = movement()
+            cells = (cells_of(down, stride), cells_of(across, stride))
+            moved = results["rgb.logits"].detach().roll(cells, (2, 3))
+        merged = {"rgb.logits": moved, "depth.logits": results["depth.logits"].detach()}
+        with self._autocast():
+            forward(self._config.plan(("fusion",)), self._modules, merged)
+        return merged["fusion.logits"]
+
+    def _autocast(self) -> torch.autocast:
+        """Return a context of bfloat16, or of float32 on a processor without bfloat16."""
+        slow = self._device.type == "cpu" and torch.backends.cpu.get_cpu_capability() in {"DEFAULT", "AVX2"}
+        return torch.autocast(self._device.type, torch.bfloat16, enabled=not slow)
+
+    def _logits(
+        self, run: Callable[..., None], frames: Batch, output_stride: int | None, frozen: Mapping[str, Tensor]
+    ) -> dict[str, Tensor]:
+        """Run the learned networks on frames; `frozen` are the frozen branches' logits."""
+        learned = self._stage.learned
+        results = {**frozen, **_inputs(learned, frames.bgr, frames.depth)}
+        with self._autocast():
+            run(self._config.plan(learned, output_stride), self._modules, results)
+        return results
+
+    def _iou(self) -> dict[str, float]:
+        """Return each network's mean IoU on 48 held-out frames, at the stride of the phase."""
+        self._modules.eval()
+        frames = self._training.validation
+        stride = self._stage.schedule.phase(self._step - 1).output_stride
+        known = np.linspace(0, len(frames) - 1, min(48, len(frames))).astype(int)
+        ious: dict[str, list[float]] = {name: [] for name in self._stage.learned}
+        for indices in np.array_split(known, math.ceil(len(known) / 8)):
+            batch = frames.plain(indices)
+            truth = batch.labels.cpu().numpy()
+            with torch.no_grad():
+                frozen = self._run_frozen(self._stage.frozen, batch.bgr, batch.depth)
+                results = self._logits(forward, batch, stride, frozen)
+            for name, values in ious.items():
+                labels = _full_size(results[f"{name}.logits"]).argmax(1).cpu().numpy()
+                values.extend(image_iou(count_classes(*pair)) for pair in zip(labels, truth, strict=True))
+        return {name: round(float(np.mean(values)), 4) for name, values in ious.items()}
+
+    def _spend(self) -> None:
+        """Count the seconds until now."""
+        now = time.perf_counter()
+        self._seconds, self._since = self._seconds + now - self._since, now
+
+    def _recent_losses(self) -> Tensor:
+        """Return the losses (steps, losses) since the last line of the log, which must be finite."""
+        names = self._losses_learned()
+        losses = torch.stack(self._losses).cpu() if self._losses else torch.empty(0, len(names))
+        for number, values in enumerate(losses.tolist()):
+            if not all(map(math.isfinite, values)):
+                step = self._step - len(losses) + number + 1
+                raise SunsetError(
+                    f"The training of {self._stage.name} diverged at step {step}: its losses are "
+                    f"{dict(zip(names, values, strict=True))}; what it had learned at its last checkpoint is kept."
+                )
+        return losses
+
+    def _log(self) -> str:
+        """Add a line to the log with the mean losses since the line before, and return it in words."""
+        self._spend()
+        schedule = self._stage.schedule
+        rate = schedule.learning_rate_at(self._step - 1)
+        means = self._recent_losses().double().mean(0).tolist()
+        losses = {name: round(mean, 5) for name, mean in zip(self._losses_learned(), means, strict=True)}
+        self._losses = []
+        line: dict[str, object] = {"step": self._step, "learning_rate": round(rate, 8), **losses}
+        line["seconds"] = round(self._seconds, 1)
+        if self._step % schedule.validate_every < schedule.log_every or self._step == schedule.steps:
+            line["iou"] = self._iou()
+        with (self._folder / LOG).open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
+        return "loss " + ", ".join(f"{name} {value:.3f}" for name, value in losses.items())
+
+    def _save(self) -> None:
+        """Write a checkpoint; without the optimiser, two thirds of it, when the stage is finished."""
+        self._spend()
+        path = self._folder / CHECKPOINT
+        temporary = path.with_suffix(".tmp")
+        state = {
+            "modules": self._modules.state_dict(),
+            "step": self._step,
+            "seconds": self._seconds,
+            "config": self._description,
+            "options": self._options,
+            "losses": self._recent_losses(),
+            "random": torch.get_rng_state(),
+        }
+        if self._step < self._stage.schedule.steps:
+            state["optimiser"] = self._optimiser.state_dict()
+        try:
+            torch.save(state, temporary)
+        except RuntimeError as error:  # an error of the disk
+            temporary.unlink(missing_ok=True)
+            raise OutputError(
+                f"The training cannot write {temporary}; is the disk full? ({error})"
+            ) from error
+        temporary.replace(path)
+
+    def _load(self) -> None:
+        path = self._folder / CHECKPOINT
+        check_archive(path, DataError(f"The checkpoint {path} is damaged: delete it, and train again."))
+        try:
+            state = torch.load(path, weights_only=True, map_location=self._device)
+            if state["config"] != self._description:
+                raise InvalidInputError(
+                    f"The checkpoint {path} is of another training: they differ in "
+                    f"{describe_difference(state.get('options', {}), self._options)}; choose another folder."
+                )
+            self._modules.load_state_dict(state["modules"])
+            self._step, self._seconds = int(state["step"]), float(state["seconds"])
+            if self._step < self._stage.schedule.steps:
+                self._optimiser.load_state_dict(state["optimiser"])
+            self._losses = list(state["losses"])
+            torch.set_rng_state(state["random"].cpu())
+        except _UNREADABLE as error:
+            raise DataError(
+                f"The checkpoint {path} cannot be used ({type(error).__name__}: {error})."
+            ) from error
+
+
+def _inputs(names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Tensor]:
+    frames: dict[str, Tensor] = {}
+    if "rgb" in names:
+        frames["rgb.input"] = rgb_input(bgr)
+    if "depth" in names:
+        frames["depth.input"] = depth_input(depth)
+    return {name: value.contiguous(memory_format=torch.channels_last) for name, value in frames.items()}
+
+
+def _full_size(maps: Tensor, phase: tuple[int, int] = (0, 0), step: int = 1) -> Tensor:
+    """Return logits (N, 28, h, w) interpolated to the frames' size, or to every `step`-th pixel of it."""
+    return upsample(maps.float(), WIDTH // maps.shape[3], phase, step, (HEIGHT, WIDTH))
+
+
+def _parameters(modules: nn.Module, decay: float) -> list[dict[str, object]]:
+    kernels = [p for p in modules.parameters() if p.ndim > 1]
+    others = [p for p in modules.parameters() if p.ndim <= 1]
+    return [{"params": kernels, "weight_decay": decay}, {"params": others, "weight_decay": 0.0}]
+
+
+def _truncate(log: Path, step: int) -> None:
+    """Drop an incomplete last line of a log, and the lines after a step, which a resumed training writes again."""
+    try:
+        text = log.read_text(encoding="utf-8") if step and log.exists() else ""
+        lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
+        kept = [line for line in lines if json.loads(line)["step"] <= step]
+    except (KeyError, TypeError, ValueError) as error:
+        raise DataError(
+            f"The training log {log} is damaged ({type(error).__name__}: {error}): delete its damaged lines."
+        ) from error
+    log.write_text("".join(kept), encoding="utf-8")

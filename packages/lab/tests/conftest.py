@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
+from tests.conftest import flight
 
 from sunset_lab import FrameSet, FrameSets
+
+__all__ = ["flight", "sets"]  # the former is of all tests
 
 
 def painted(count: int, seed: int) -> FrameSet:

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
+from tests.cli.conftest import complaint
 from tests.conftest import flight
 
 from sunset_lab import FrameSet, FrameSets
 
-__all__ = ["flight", "sets"]  # the former is of all tests
+__all__ = ["complaint", "flight", "sets"]  # the first two are fixtures of other tests, too
 
 
 def painted(count: int, seed: int) -> FrameSet:

@@ -84,7 +84,7 @@ def test_nothing_below_the_command_line_starts_it() -> None:
 
 
 def test_the_version_is_of_what_stands_in_the_files(tmp_path: Path) -> None:
-    for package in (SOURCE, *(Path(other.__file__).parent for other in (sunset_ros, sunset_town))):
+    for package in (SOURCE, *(Path(str(other.__file__)).parent for other in (sunset_ros, sunset_town))):
         shutil.copytree(
             package, tmp_path / package.name, ignore=shutil.ignore_patterns("__pycache__", "models")
         )

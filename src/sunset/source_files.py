@@ -22,10 +22,10 @@ from sunset.texts import line_text
 
 PACKAGES: Final = {
     name: Path(str(spec.origin)).parent
-    for name in ("sunset", "sunset_ros", "sunset_town")
+    for name in ("sunset", "sunset_ros", "sunset_town", "sunset_lab")
     if (spec := importlib.util.find_spec(name))
 }
-"""Name → folder of this package, the client library and the town, whose modules are not a user's."""
+"""Name → folder of this package, the client library, the town and the lab, whose modules are not a user's."""
 
 _folders: set[Path] = set()
 """Folders whose modules are imported without bytecode."""

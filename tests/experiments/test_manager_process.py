@@ -14,8 +14,6 @@ from typing import Any
 import pytest
 from msgspec import UNSET
 
-import sunset
-import sunset_ros
 from sunset.errors import ExtensionError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, manager_checksum, run
 from sunset.experiments.manager import isolate
@@ -24,6 +22,7 @@ from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms, register_manager, sources_digest
 from sunset.recording import StoredRun, read_run, read_stored_run
 from sunset.scenarios import load_scenario
+from sunset.source_files import PACKAGES
 from sunset.system import extended_system
 
 pytestmark = pytest.mark.usefixtures("flight")
@@ -187,7 +186,7 @@ def test_an_installation_is_found_wherever_python_finds_it(layered: bool, tmp_pa
         "import numpy\nfrom sunset.managing import ManagingSystem\n\n"
         "class Mine(ManagingSystem):\n    def adapt(self, symptoms): pass\n"
     )
-    folders = [str(Path(str(package.__file__)).parents[1]) for package in (sunset, sunset_ros)]
+    folders = [str(folder.parent) for folder in PACKAGES.values()]
     installed = [sysconfig.get_path("purelib"), *folders]
     if layered:
         venv.create(tmp_path / "upper")

@@ -32,7 +32,7 @@ from sunset.evaluation import Cluster
 from sunset.evaluation.intervals import LEAST_LEVELS, Design, Spread, spread
 from sunset.evaluation.power import POWER, VARIANCES, detectable
 from sunset.evaluation.students_t import quantile
-from sunset.tables import aligned
+from sunset.texts.tables import aligned
 from sunset_ros.seeding import generator
 
 _Array = npt.NDArray[np.float64]

@@ -31,7 +31,7 @@ from sunset.recording import StoredRun
 from sunset.scenarios import Scenario, load_scenario, onsets
 from sunset.system import current_system, full_name
 from sunset.system.vocabulary import Adaptation, AdaptationKind
-from sunset.tables import aligned
+from sunset.texts.tables import aligned
 
 SCENARIOS: Final = MappingProxyType(
     {

@@ -22,7 +22,7 @@ from sunset.cli._progress import progress_bar
 from sunset.evaluation import RunRow
 from sunset.evaluation.paired import difference
 from sunset.managing import Baseline, ManagingSystem, Symptoms
-from sunset.tables import aligned
+from sunset.texts.tables import aligned
 from sunset_ros.seeding import generator
 
 NODES: Final = ("camera", "sensor_fusion", "segmentation")

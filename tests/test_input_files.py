@@ -9,7 +9,7 @@ import pytest
 
 from sunset.data.syndrone import SynDroneFlight
 from sunset.errors import RecordError, SunsetError
-from sunset.input_files import check_regular, file_digest, open_regular, read_bytes, read_text
+from sunset.files.inputs import check_regular, file_digest, open_regular, read_bytes, read_text
 from sunset.perception import ModelCard
 from sunset.recording import count_runs, read_run
 from sunset.recording._bag import read_bag

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from sunset.errors import OutputError
-from sunset.output_files import draft_of, draft_of_folder, write_text
+from sunset.files.outputs import draft_of, draft_of_folder, write_text
 
 
 def begin(file: Path) -> None:

@@ -88,7 +88,7 @@ def test_the_version_is_of_what_stands_in_the_files(tmp_path: Path) -> None:
         shutil.copytree(
             package, tmp_path / package.name, ignore=shutil.ignore_patterns("__pycache__", "models")
         )
-    command = "from sunset.source_files import package_version as version; print(version())"
+    command = "from sunset.files.sources import package_version as version; print(version())"
 
     def version() -> str:
         called = [sys.executable, "-c", command]

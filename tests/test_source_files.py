@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.source_files import is_installed
+from sunset.files.sources import is_installed
 
 
 @pytest.mark.parametrize(

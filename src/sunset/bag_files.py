@@ -23,8 +23,8 @@ from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
-from sunset.compression import zstd
-from sunset.input_files import check_regular, open_regular, read_bytes
+from sunset.files.compression import zstd
+from sunset.files.inputs import check_regular, open_regular, read_bytes
 
 if TYPE_CHECKING:
     from rosbags.rosbag2.reader import ReaderProtocol

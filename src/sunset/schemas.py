@@ -17,8 +17,8 @@ import msgspec
 from msgspec.inspect import DataclassType, StructType, type_info
 
 from sunset.errors import InvalidInputError, SunsetError
-from sunset.input_files import read_text
-from sunset.texts import printable_json
+from sunset.files.inputs import read_text
+from sunset.texts.sentences import printable_json
 from sunset_ros.texts import shown
 
 _T = TypeVar("_T")

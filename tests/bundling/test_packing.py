@@ -20,7 +20,7 @@ from sunset.bundling import Rerun, bundle, verify
 from sunset.bundling.citation import parse_author, references
 from sunset.cli import main
 from sunset.errors import SunsetError
-from sunset.source_files import package_version
+from sunset.files.sources import package_version
 
 pytestmark = pytest.mark.xdist_group("bundling")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from sunset.evaluation import render_runs
-from sunset.texts import csv_text
+from sunset.texts.sentences import csv_text
 
 Store = Callable[..., Path]
 

@@ -17,12 +17,12 @@ from msgspec import UNSET
 from sunset.errors import ExtensionError, ManagerError, SunsetError
 from sunset.experiments import RunSpec, Settings, Timing, manager_checksum, run
 from sunset.experiments.manager import isolate
+from sunset.files.sources import PACKAGES
 from sunset.harness.confined_manager import ManagerProcess, manager_process
 from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import ManagingSystem, NoAdaptation, Symptoms, register_manager, sources_digest
 from sunset.recording import StoredRun, read_run, read_stored_run
 from sunset.scenarios import load_scenario
-from sunset.source_files import PACKAGES
 from sunset.system import extended_system
 
 pytestmark = pytest.mark.usefixtures("flight")

@@ -25,11 +25,11 @@ from tests.live.systems import (
 
 from sunset.errors import MiddlewareError
 from sunset.experiments import RunSpec, Settings, Timing, run
-from sunset.names import base_name
 from sunset.recording import read_messages, read_run, read_timeline
 from sunset.scenarios import load_scenario
 from sunset.system_interfaces.msg import ExperimentLogging
 from sunset.system_interfaces.srv import Redeploy
+from sunset.texts.names import base_name
 from sunset_ros import Context, Node
 from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sunset_ros.interfaces.lifecycle_msgs.msg import Transition

@@ -6,10 +6,10 @@ import pytest
 
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.metrics import Command
-from sunset.names import base_name
 from sunset.recording import StoredRun
 from sunset.scenarios import load_scenario
 from sunset.system import extended_system
+from sunset.texts.names import base_name
 
 Done = tuple[str, str]
 

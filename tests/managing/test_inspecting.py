@@ -6,9 +6,9 @@ import pytest
 
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.managing import MANAGERS
-from sunset.names import base_name
 from sunset.recording import StoredRun
 from sunset.scenarios import load_scenario
+from sunset.texts.names import base_name
 
 
 def fly(folder: Path, scenario: str, duration: float = 2.0, manager: str = "inspecting") -> StoredRun:

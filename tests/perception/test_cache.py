@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from sunset.compression import zstd
 from sunset.errors import DataError, OutputError
+from sunset.files.compression import zstd
 from sunset.perception import InferenceCache, Modality, Model, Segmenter
 
 Frame = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]]

@@ -12,9 +12,9 @@ import pytest
 
 from sunset.confinement import View
 from sunset.errors import SunsetError
+from sunset.files.sources import modules_beside
 from sunset.processes.process import Process
 from sunset.processes.server import ForkServer
-from sunset.source_files import modules_beside
 
 pytestmark = [
     pytest.mark.skipif(sys.platform != "linux", reason="only Linux has the walls"),

@@ -11,7 +11,6 @@ from tests.recording.runs import RUN
 
 from sunset.harness._world import World
 from sunset.metrics import Injection, Setting, Timeline, score
-from sunset.names import ros_text
 from sunset.recording import RecordedMessage, StoredRun
 from sunset.system import (
     EXPERIMENT,
@@ -27,6 +26,7 @@ from sunset.system import (
     get_fault,
 )
 from sunset.system_interfaces.msg import ExperimentLogging
+from sunset.texts.names import ros_text
 from sunset.viewing.collecting import run_view
 
 EXTERNAL = [fault for fault in current_system().faults.values() if fault.kind is FaultKind.EXTERNAL]

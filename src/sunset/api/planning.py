@@ -27,7 +27,7 @@ from sunset.managing import split_label
 from sunset.processes.workers import Stages, processors
 from sunset.recording import RUN_FILE
 from sunset.system import degradations_of
-from sunset.texts import counted, listed
+from sunset.texts.sentences import counted, listed
 
 _PAUSE: Final = 20
 """A gap between two runs that is so many times the median gap is a pause of the campaign."""

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Union
 
 from sunset import evaluation
 from sunset.api.arguments import Extensions, as_path, check_flags, check_progress, extended
-from sunset.dataframes import data_frame
 from sunset.errors import RecordError
 from sunset.evaluation import (
     AGREEMENT_FORMATS,
@@ -29,6 +28,7 @@ from sunset.evaluation import (
     score_tables,
     summarise,
 )
+from sunset.extras.dataframes import data_frame
 from sunset.processes.workers import Progress
 from sunset.recording import RUN_FILE, count_runs, read_stored_run
 

@@ -29,7 +29,7 @@ from sunset.experiments import (
 )
 from sunset.processes.workers import Progress, Stages
 from sunset.scenarios import Scenario
-from sunset.texts import counted
+from sunset.texts.sentences import counted
 from sunset_ros.rmw.backends import LIVE, SIMULATED, live_middleware
 
 __all__ = [

@@ -15,7 +15,7 @@ from urllib.parse import quote
 
 from sunset.api.arguments import Extensions, as_path, check_flags, check_progress, extended, optional_path
 from sunset.errors import InvalidInputError, RecordError, SunsetError
-from sunset.output_files import draft_of_folder, write_text
+from sunset.files.outputs import draft_of_folder, write_text
 from sunset.processes.workers import Progress, Stages
 from sunset.recording import IMAGES_FILE, StoredRun, read_stored_run
 from sunset.viewing import Viewed, check_comparable, check_page_file, is_shown, page_text

@@ -13,8 +13,8 @@ from typing import Final
 
 from sunset.bundling.layout import CHECKSUMS_FILE
 from sunset.errors import OutputError, RecordError
-from sunset.input_files import check_regular, file_digest, read_text
-from sunset.output_files import draft_of
+from sunset.files.inputs import check_regular, file_digest, read_text
+from sunset.files.outputs import draft_of
 from sunset_ros.texts import printable, shorten
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip file can store

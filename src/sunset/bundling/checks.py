@@ -8,9 +8,9 @@ from msgspec import UNSET
 
 from sunset.errors import RecordError
 from sunset.experiments import campaign_managers, model_checksum
+from sunset.files.outputs import folder_name
+from sunset.files.sources import package_version
 from sunset.metrics import score
-from sunset.names import base_name
-from sunset.output_files import folder_name
 from sunset.perception import ModelCard
 from sunset.processes.workers import Progress
 from sunset.recording import (
@@ -23,9 +23,9 @@ from sunset.recording import (
     read_timeline,
     stored_figures,
 )
-from sunset.source_files import package_version
 from sunset.system import loaded_extensions
-from sunset.texts import counted
+from sunset.texts.names import base_name
+from sunset.texts.sentences import counted
 from sunset_ros.texts import shown
 
 

@@ -11,7 +11,7 @@ from urllib.parse import quote
 from sunset.bundling.citation import ANONYMOUS, SOFTWARE, Author, Citation
 from sunset.bundling.layout import CITATION_FILE, CRATE_FILE, README_FILE
 from sunset.recording import CampaignPlan
-from sunset.texts import counted
+from sunset.texts.sentences import counted
 
 _Entity = dict[str, object]
 

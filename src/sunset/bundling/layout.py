@@ -8,7 +8,7 @@ from typing import Final
 import msgspec
 
 from sunset.errors import RecordError
-from sunset.output_files import folder_name
+from sunset.files.outputs import folder_name
 from sunset.perception import ModelCard
 from sunset.recording import CampaignPlan, read_plan
 from sunset.schemas import convert, read_json

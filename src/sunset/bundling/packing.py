@@ -13,9 +13,8 @@ from sunset.bundling.sources import Files, find_extension_sources, find_manager_
 from sunset.errors import OutputError, RecordError
 from sunset.evaluation import render_report
 from sunset.experiments import count_runs, scenario_of
+from sunset.files.outputs import folder_name
 from sunset.flights import FlightSpec
-from sunset.names import base_name
-from sunset.output_files import folder_name
 from sunset.perception import list_models, load_model
 from sunset.processes.workers import Progress
 from sunset.recording import (
@@ -31,7 +30,8 @@ from sunset.recording import (
 )
 from sunset.scenarios import SPLIT_FILE, scenario_files, split_hash
 from sunset.schemas import document_text
-from sunset.texts import counted
+from sunset.texts.names import base_name
+from sunset.texts.sentences import counted
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,11 +16,11 @@ from sunset.bundling.checks import Findings
 from sunset.bundling.layout import ManagerSources, OpenedBundle, manager_folder
 from sunset.errors import InvalidInputError, ManagerError
 from sunset.experiments import campaign_managers, model_checksum, run_again
+from sunset.files.sources import import_from
 from sunset.managing import MANAGERS, PREFIX
 from sunset.perception import list_models, load_model
 from sunset.recording import RunRecord
-from sunset.source_files import import_from
-from sunset.texts import counted
+from sunset.texts.sentences import counted
 from sunset_ros.rmw.backends import SIMULATED
 from sunset_ros.seeding import generator
 

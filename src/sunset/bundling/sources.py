@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 from sunset.bundling.layout import ManagerSources, OpenedBundle, manager_folder
 from sunset.errors import ManagerError, RecordError
 from sunset.experiments import campaign_managers
+from sunset.files.outputs import folder_name
 from sunset.managing import (
     EXTERNAL,
     PREFIX,
@@ -18,7 +19,6 @@ from sunset.managing import (
     sources_digest,
 )
 from sunset.managing.sources import partial_arguments, source_files
-from sunset.output_files import folder_name
 from sunset.recording import CampaignPlan
 from sunset.system import loaded_extensions
 from sunset_ros.texts import printable

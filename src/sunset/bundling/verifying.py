@@ -14,11 +14,11 @@ from sunset.bundling.rerunning import Rerun, choose_runs, rerun_run
 from sunset.bundling.sources import differing_sources
 from sunset.errors import DataError, InvalidInputError, RecordError
 from sunset.evaluation import render_report
-from sunset.input_files import file_digest, read_text
+from sunset.files.inputs import file_digest, read_text
+from sunset.files.sources import package_version
 from sunset.perception import load_model
 from sunset.processes.workers import Progress
-from sunset.source_files import package_version
-from sunset.texts import counted
+from sunset.texts.sentences import counted
 from sunset_ros.texts import printable
 
 

@@ -39,12 +39,12 @@ from sunset.data import (
     read_bag,
 )
 from sunset.errors import DataError, OutputError
-from sunset.output_files import make_folder, write_text
+from sunset.files.outputs import make_folder, write_text
 from sunset.perception import InferenceCache, Model, ModelCard, Segmenter, load_model
 from sunset.processes.workers import Progress, spread
 from sunset.schemas import convert, document_text, read_json
 from sunset.system import LoadedExtension, load_extension, loaded_extensions
-from sunset.texts import listed
+from sunset.texts.sentences import listed
 from sunset_ros.seeding import generator
 
 AUC: Final = 0.95

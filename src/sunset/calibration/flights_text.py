@@ -3,8 +3,8 @@
 from collections.abc import Callable, Collection, Iterator, Mapping
 
 from sunset.calibration.flight import AUC, CURED, MISSED, OF_CARD, OVER, FlightThresholds
-from sunset.tables import aligned
-from sunset.texts import listed
+from sunset.texts.sentences import listed
+from sunset.texts.tables import aligned
 
 
 def flights_text(model: str, flights: Mapping[str, FlightThresholds], held_out: Collection[str]) -> str:

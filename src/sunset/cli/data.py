@@ -37,7 +37,7 @@ from sunset.data import (
 )
 from sunset.errors import InvalidInputError
 from sunset.flights import KEYS, FlightSpec
-from sunset.texts import counted
+from sunset.texts.sentences import counted
 from sunset_ros.texts import printable
 
 _SOURCES: Final = ("syndrone", "pictures", "bag")

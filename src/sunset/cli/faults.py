@@ -10,7 +10,7 @@ from sunset.cli._options import FLIGHT, MODEL, add_json_option, add_path, add_se
 from sunset.cli._parser import Parser
 from sunset.cli._progress import run_progress
 from sunset.errors import InvalidInputError
-from sunset.tables import aligned
+from sunset.texts.tables import aligned
 
 
 def add_arguments(parser: Parser) -> None:

@@ -7,7 +7,7 @@ import sunset
 from sunset.cli._options import LIVE, add_json_option, add_settings, run_options
 from sunset.cli._parser import Parser
 from sunset.cli._progress import run_progress
-from sunset.tables import aligned
+from sunset.texts.tables import aligned
 
 
 def add_arguments(parser: Parser) -> None:

@@ -10,7 +10,7 @@ import sunset
 from sunset.cli._options import add_flag, add_json_option, add_settings
 from sunset.cli._parser import EXIT_BAD_INPUT, Parser, add_module
 from sunset.cli._progress import progress_bar
-from sunset.tables import aligned
+from sunset.texts.tables import aligned
 
 _OTHERS: Final = {
     "import": "make a model of the published checkpoints",

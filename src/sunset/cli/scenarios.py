@@ -8,8 +8,8 @@ import sunset
 from sunset.cli._options import add_count_option, add_flag, add_json_option, add_path
 from sunset.cli._parser import Parser
 from sunset.errors import InvalidInputError, OutputError
-from sunset.output_files import write_text
-from sunset.texts import counted
+from sunset.files.outputs import write_text
+from sunset.texts.sentences import counted
 
 
 def add_arguments(parser: Parser) -> None:

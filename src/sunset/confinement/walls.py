@@ -15,7 +15,7 @@ from sunset.confinement.landlock import SCOPES_SINCE, landlock_version, restrict
 from sunset.confinement.namespaces import can_enclose, enclose
 from sunset.confinement.privileges import drop_root
 from sunset.confinement.seccomp import can_filter_calls, filter_calls, filter_program, forgo_privileges
-from sunset.source_files import PACKAGES, has_libraries
+from sunset.files.sources import PACKAGES, has_libraries
 
 WALLS: Final = {
     "Landlock": "the user's files can be read and written",

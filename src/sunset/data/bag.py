@@ -36,8 +36,8 @@ from sunset.data.conventions import SYNDRONE, Reading
 from sunset.data.pairing import pair
 from sunset.data.pixels import dimensions, no_labels, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
+from sunset.files.outputs import flush, unwritable
 from sunset.image_digests import Pixels, remember_digest
-from sunset.output_files import flush, unwritable
 from sunset_ros.interfaces import message_definition, type_hash
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_town import Frame

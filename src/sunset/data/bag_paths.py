@@ -9,7 +9,7 @@ from typing import Final
 
 from sunset.bag_files import files_of_recording
 from sunset.errors import DataError, OutputError
-from sunset.input_files import open_regular
+from sunset.files.inputs import open_regular
 from sunset.shortage import shortage
 
 REMEDY: Final = "record, copy or import it again"

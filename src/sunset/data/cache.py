@@ -16,7 +16,7 @@ from typing import Final
 from sunset.data.bag import write_bag
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, render_frames
 from sunset.errors import DataError, OutputError
-from sunset.input_files import file_digest, read_text
+from sunset.files.inputs import file_digest, read_text
 from sunset.processes.workers import Progress, check_jobs, processors, worker_pool
 from sunset_town import RENDER_VERSION, Frame
 

@@ -10,8 +10,8 @@ from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, LeftO
 from sunset.evaluation.estimates import NO_INTERVAL
 from sunset.evaluation.paired import Difference
 from sunset.evaluation.text import wrapped
-from sunset.tables import aligned, table_width
-from sunset.texts import counted, csv_text
+from sunset.texts.sentences import counted, csv_text
+from sunset.texts.tables import aligned, table_width
 
 AGREEMENT_FORMATS: Final = ("table", "csv", "json")
 

@@ -12,7 +12,7 @@ from sunset.evaluation.summary import manager_names, part_label
 from sunset.evaluation.system_styles import Style, in_order, styles
 from sunset.metrics import FaultOutcome
 from sunset.recording import TABLE_REFERENCES
-from sunset.texts import counted
+from sunset.texts.sentences import counted
 
 _FIRST_SUITES: Final = ("timed", "", "test", "wild", "paper")
 """The suites that figures show first."""

@@ -22,7 +22,7 @@ from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import ScoreTable
 from sunset.evaluation.summary import PAPER_SUITES, SystemRow
 from sunset.system import DIAGNOSE, REPAIR
-from sunset.texts import counted, tallied
+from sunset.texts.sentences import counted, tallied
 from sunset_ros.texts import printable, shorten
 
 _COLUMNS: Final = MappingProxyType(

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-from sunset.dataframes import data_frame
 from sunset.errors import InvalidInputError
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.results import FIGURES, RunRow
-from sunset.tables import aligned
-from sunset.texts import counted
+from sunset.extras.dataframes import data_frame
+from sunset.texts.sentences import counted
+from sunset.texts.tables import aligned
 from sunset_ros.texts import suggestion
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from sunset.evaluation.summary import SystemRow, summarise
 from sunset.evaluation.text import as_text
 from sunset.evaluation.webpage import as_html
 from sunset.processes.workers import Progress
-from sunset.texts import csv_text
+from sunset.texts.sentences import csv_text
 from sunset_ros.texts import printable
 
 FORMATS: Final = ("table", "latex", "csv", "json", "html")

@@ -8,7 +8,7 @@ from sunset.evaluation.blocks import CURED, NEEDLESS, Block, Column, Line, Quant
 from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
 from sunset.evaluation.estimates import NO_INTERVAL
 from sunset.evaluation.scores import HARM, NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable
-from sunset.texts import counted, listed
+from sunset.texts.sentences import counted, listed
 
 _SCORE_COLUMNS: Final = (
     Column("evidence", "what the managing system looked at, and is ranked by"),

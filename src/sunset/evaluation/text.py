@@ -6,7 +6,7 @@ from typing import Final
 from rich.cells import cell_len
 
 from sunset.evaluation.blocks import Block, Report
-from sunset.tables import aligned, table_width
+from sunset.texts.tables import aligned, table_width
 
 _WIDTH: Final = 100
 _GAP: Final = 2

@@ -29,12 +29,12 @@ from sunset.experiments.run import run_of_campaign
 from sunset.experiments.shards import Shard, locked_campaign
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.worker import facts_of
+from sunset.files.outputs import write_text
 from sunset.managing import is_registered, split_label
-from sunset.output_files import write_text
 from sunset.processes.workers import Progress, Stages, check_jobs, processors, worker_pool
 from sunset.recording import PLAN_FILE, RUN_FILE, CampaignPlan, read_plan, read_run
 from sunset.schemas import document_text
-from sunset.texts import counted, listed
+from sunset.texts.sentences import counted, listed
 
 _log: Final = logging.getLogger(__name__)
 

@@ -15,15 +15,15 @@ from sunset.experiments.resources import Resources, flight_name, flight_plan, mo
 from sunset.experiments.run import versions
 from sunset.experiments.settings import STORED, Settings
 from sunset.experiments.spec import RunSpec
+from sunset.files.outputs import folder_name
 from sunset.flights import parse_flights
 from sunset.managing import EXTERNAL, split_label
-from sunset.names import base_name
-from sunset.output_files import folder_name
 from sunset.perception import load_model
 from sunset.recording import PLAN_VERSION, SCORE_REFERENCES, TABLE_REFERENCES, CampaignPlan, StoredFlight
 from sunset.scenarios import Scenario, load_suite, split_hash, suite
 from sunset.schemas import check_fields
 from sunset.system import REPAIR, loaded_extensions
+from sunset.texts.names import base_name
 from sunset_ros.seeding import check_seed
 from sunset_ros.texts import suggestion
 

@@ -20,7 +20,7 @@ from sunset.recording import read_messages
 from sunset.recording.reader import first_difference
 from sunset.system import COMMANDS_TOPIC
 from sunset.system_interfaces.msg import Command
-from sunset.texts import counted
+from sunset.texts.sentences import counted
 from sunset_ros.texts import shorten
 
 _HASH_SEED: Final = "PYTHONHASHSEED"

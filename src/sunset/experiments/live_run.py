@@ -17,8 +17,8 @@ from sunset.experiments.spec import RunSpec
 from sunset.harness.supervisor import Phase, Supervisor
 from sunset.managing import EXTERNAL
 from sunset.metrics import Timeline
-from sunset.names import base_name
 from sunset.system import CLOCK_TOPIC, MANAGER_PROCESS, RESULT_TOPIC, TRUTH_TOPIC, current_system
+from sunset.texts.names import base_name
 from sunset_ros.context import Context
 from sunset_ros.interfaces import Message
 from sunset_ros.interfaces.rosgraph_msgs.msg import Clock

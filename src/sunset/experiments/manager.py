@@ -9,14 +9,14 @@ from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetErr
 from sunset.experiments.observer import Observer
 from sunset.experiments.settings import Settings
 from sunset.experiments.spec import RunSpec
+from sunset.files.sources import PACKAGES
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import EXTERNAL
 from sunset.processes.calls import Watch, call_isolated
 from sunset.processes.process import ProcessDeath, killed_error
-from sunset.source_files import PACKAGES
 from sunset.system import current_system
-from sunset.texts import described_error, line_text
+from sunset.texts.sentences import described_error, line_text
 from sunset_ros import CallbackError
 
 _STILL_S: Final = 60.0

@@ -8,7 +8,6 @@ from typing import Final, Protocol
 
 from sunset.managing import ORACLE, Oracle
 from sunset.metrics import Evidence
-from sunset.names import base_name, ros_text
 from sunset.recording.logs import ROSOUT
 from sunset.system import (
     COMMANDS_TOPIC,
@@ -30,6 +29,7 @@ from sunset.system import (
 )
 from sunset.system_interfaces.msg import Command
 from sunset.system_interfaces.srv import Redeploy
+from sunset.texts.names import base_name, ros_text
 from sunset_ros.exceptions import InvalidParameterTypeException
 from sunset_ros.interfaces import Message
 from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray

@@ -33,7 +33,7 @@ from sunset.perception import InferenceCache, Modality, Model, ModelCard, Segmen
 from sunset.processes.forking import FORKING
 from sunset.processes.workers import Stages
 from sunset.scenarios import Scenario, with_strengths
-from sunset.texts import listed
+from sunset.texts.sentences import listed
 
 _OPEN_BAGS: Final = 16
 """How many bags are kept open: those of a panel, and some more."""

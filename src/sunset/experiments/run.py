@@ -21,6 +21,7 @@ from sunset.experiments.resources import Resources, flight_name, prepare, prepar
 from sunset.experiments.settings import STORED, Settings
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec, stored_faults
+from sunset.files.sources import package_version
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
@@ -37,7 +38,6 @@ from sunset.recording import (
     timeline_of,
 )
 from sunset.scenarios import Scenario
-from sunset.source_files import package_version
 from sunset.system import current_system, degradations_of, short_name, suite_size, system_with
 from sunset.system_interfaces.msg import Command, FaultInjection
 from sunset_ros.interfaces.stamps import NS_PER_S, ns_of

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from sunset.errors import InvalidInputError, OutputError
-from sunset.output_files import make_folder
+from sunset.files.outputs import make_folder
 from sunset.recording import PLAN_FILE
-from sunset.texts import counted
+from sunset.texts.sentences import counted
 from sunset_ros.texts import shown
 
 _Item = TypeVar("_Item")

@@ -16,7 +16,6 @@ from sunset.harness.confined_manager import ManagerProcess
 from sunset.harness.executor import ScenarioExecutor
 from sunset.harness.launcher import Launcher
 from sunset.harness.supervisor import Phase, Supervisor
-from sunset.names import base_name
 from sunset.processes.calls import Watch
 from sunset.system import (
     BAG_PLAYER,
@@ -29,6 +28,7 @@ from sunset.system import (
 )
 from sunset.system_interfaces.msg import Command
 from sunset.system_interfaces.srv import Redeploy
+from sunset.texts.names import base_name
 from sunset_ros import Context, Node, Parameter, SingleThreadedExecutor
 from sunset_ros._parameter_files import parse_value
 from sunset_ros.interfaces import Message, Service

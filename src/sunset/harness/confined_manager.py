@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from sunset.confinement import View
 from sunset.data import cache_folder
 from sunset.errors import InvalidInputError, ManagerError, OutputError, ScenarioError
+from sunset.files.sources import modules_beside
 from sunset.harness.manager_process import (
     ENTRY,
     LoadedManager,
@@ -41,9 +42,8 @@ from sunset.processes.server import ForkServer, shared_server
 from sunset.recording import PLAN_FILE, RUN_FILE
 from sunset.scenarios import load_scenario
 from sunset.scenarios.split_files import is_scenario_file
-from sunset.source_files import modules_beside
 from sunset.system import loaded_extensions
-from sunset.texts import line_text
+from sunset.texts.sentences import line_text
 from sunset_ros import Context
 from sunset_ros.rmw.remote import EndError, Gateway, Pipe, PipeError, RaisedError, SilenceError
 from sunset_ros.texts import printable, shorten

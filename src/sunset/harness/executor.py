@@ -8,7 +8,6 @@ from typing import Any, cast
 from sunset.harness._injector import Answer, Injector
 from sunset.harness._occurrence import Occurrence, course
 from sunset.harness._world import World
-from sunset.names import ros_text
 from sunset.nodes.base import call_later
 from sunset.scenarios.loading import load_scenario
 from sunset.scenarios.schema import Scenario
@@ -27,7 +26,8 @@ from sunset.system import (
     short_name,
 )
 from sunset.system_interfaces.msg import FaultEnd, FaultInjection
-from sunset.texts import counted
+from sunset.texts.names import ros_text
+from sunset.texts.sentences import counted
 from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent
 from sunset_ros.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterEvent
 from sunset_ros.interfaces.stamps import NS_PER_S, stamp_of

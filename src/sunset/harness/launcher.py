@@ -3,9 +3,9 @@
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from sunset.names import base_name
 from sunset.system import DIAGNOSTICS_TOPIC, NAMESPACE
 from sunset.system_interfaces.srv import Redeploy
+from sunset.texts.names import base_name
 from sunset_ros.client import AnyClient
 from sunset_ros.context import Context
 from sunset_ros.interfaces.lifecycle_msgs.msg import Transition

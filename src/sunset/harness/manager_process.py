@@ -13,6 +13,7 @@ from typing import Any, Final
 import msgspec
 
 from sunset.errors import ExtensionError, ManagerError
+from sunset.files.sources import LIBRARIES
 from sunset.managing import (
     KnownScenario,
     ManagingSystem,
@@ -21,10 +22,9 @@ from sunset.managing import (
     is_registered,
     load_manager,
 )
-from sunset.source_files import LIBRARIES
 from sunset.system import load_extension
 from sunset.system.vocabulary import Value
-from sunset.texts import described_error, line_text
+from sunset.texts.sentences import described_error, line_text
 from sunset_ros import Context, Parameter, SingleThreadedExecutor
 from sunset_ros.rmw.core.port import CallbackError
 from sunset_ros.rmw.remote import Pipe, PipeError, RemoteProcess

@@ -6,7 +6,6 @@ from typing import Any, ClassVar, Final, cast
 
 from sunset.managing.greeting import make_greeting
 from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, read_parameters
-from sunset.names import base_name
 from sunset.system.vocabulary import (
     BLACKBOARD_TOPIC,
     DIAGNOSIS_TOPIC,
@@ -18,6 +17,7 @@ from sunset.system.vocabulary import (
 )
 from sunset.system_interfaces.msg import Diagnosis, SetBlackboardGroup
 from sunset.system_interfaces.srv import Redeploy
+from sunset.texts.names import base_name
 from sunset_ros.client import AnyClient
 from sunset_ros.context import Context
 from sunset_ros.exceptions import NotInitializedException

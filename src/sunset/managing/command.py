@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import ManagerError
-from sunset.source_files import has_libraries
+from sunset.files.sources import has_libraries
 
 PREFIX: Final = "exec:"
 """Begins the name of a managing system that is a program; its command follows."""

@@ -9,12 +9,7 @@ from types import ModuleType
 from typing import Any, Final, NamedTuple, Self, cast
 
 from sunset.errors import ManagerError
-from sunset.managing.base import ManagingSystem
-from sunset.managing.command import PREFIX
-from sunset.managing.names import MANAGERS, check_printable
-from sunset.managing.program import load_program
-from sunset.managing.symptoms import Symptoms
-from sunset.source_files import (
+from sunset.files.sources import (
     PACKAGES,
     functions_of,
     import_file,
@@ -22,7 +17,12 @@ from sunset.source_files import (
     import_place,
     is_edited,
 )
-from sunset.texts import described_error
+from sunset.managing.base import ManagingSystem
+from sunset.managing.command import PREFIX
+from sunset.managing.names import MANAGERS, check_printable
+from sunset.managing.program import load_program
+from sunset.managing.symptoms import Symptoms
+from sunset.texts.sentences import described_error
 from sunset_ros.texts import suggestion
 
 _KNOWN: Final = frozenset({*PACKAGES, "builtins"})

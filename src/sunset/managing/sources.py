@@ -10,10 +10,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from sunset.errors import ManagerError
+from sunset.files.sources import is_installed, modules_beside
 from sunset.managing.command import PREFIX, parse_command
 from sunset.managing.loading import is_registered, passed_manager
 from sunset.managing.names import MANAGERS
-from sunset.source_files import is_installed, modules_beside
 
 
 def checksum(spec: str) -> str:

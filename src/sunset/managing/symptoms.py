@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Final, NoReturn
 
-from sunset.names import base_name
 from sunset.system.vocabulary import (
     ENTROPY_SIGNAL,
     RESULT_TOPIC,
@@ -18,6 +17,7 @@ from sunset.system.vocabulary import (
     state_entry,
     topic_names,
 )
+from sunset.texts.names import base_name
 from sunset_ros.interfaces.parameters import scalar_of
 from sunset_ros.interfaces.rcl_interfaces.msg import Parameter
 from sunset_ros.texts import shorten, suggestion

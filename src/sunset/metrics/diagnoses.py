@@ -9,8 +9,8 @@ from typing import Any, Final
 
 from sunset.metrics.limits import Amount, Count, Share
 from sunset.metrics.timeline import Injection, Timeline
-from sunset.names import base_name
 from sunset.system import current_system
+from sunset.texts.names import base_name
 
 SURE: Final = 0.5
 """A diagnosis reports a set of faults if the probability of at least one of them is at least this."""

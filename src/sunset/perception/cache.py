@@ -19,10 +19,10 @@ import numpy as np
 import numpy.typing as npt
 import onnxruntime
 
-from sunset.compression import zstd
 from sunset.errors import DataError, OutputError
+from sunset.files.compression import zstd
+from sunset.files.inputs import check_regular
 from sunset.image_digests import image_digest
-from sunset.input_files import check_regular
 from sunset.perception.card import Modality
 
 _APPLICATION_ID: Final = 0x53554E53

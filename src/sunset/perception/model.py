@@ -10,7 +10,7 @@ from typing import Final
 from onnxruntime import InferenceSession
 
 from sunset.errors import ModelError
-from sunset.input_files import read_bytes
+from sunset.files.inputs import read_bytes
 from sunset.perception.card import CARD_NAME, Modality, ModelCard
 from sunset.perception.engine import open_session
 from sunset.perception.installed import find_model, missing_model_error

@@ -18,10 +18,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Final, Self
 
+from sunset.files.sources import find_modules, is_installed
 from sunset.processes.forking import ONE_THREAD, signal_after_parent
 from sunset.processes.keeper import Files, keep, receive_document, send_document
 from sunset.processes.process import Process, open_process, server_error, show
-from sunset.source_files import find_modules, is_installed
 
 if TYPE_CHECKING:
     from sunset.confinement import View

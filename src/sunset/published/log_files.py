@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import RecordError
-from sunset.input_files import read_text
+from sunset.files.inputs import read_text
 from sunset.published.script import LogRow
 from sunset.recording import RUN_FILE
-from sunset.texts import listed
+from sunset.texts.sentences import listed
 from sunset_ros.texts import shorten, shown
 
 _NEEDED: Final = ("timestamp", "source", "iou")

@@ -20,7 +20,7 @@ from sunset.processes.workers import Progress
 from sunset.published.log_files import find_logs, read_log
 from sunset.published.run_logs import log_of_run
 from sunset.published.script import OWN_FIGURES, LogFigures, log_figures
-from sunset.texts import tallied
+from sunset.texts.sentences import tallied
 from sunset_ros.texts import printable
 
 _RENDERERS: Final = MappingProxyType({"table": as_text, "latex": as_latex, "html": as_html})

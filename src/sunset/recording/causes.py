@@ -7,7 +7,7 @@ from typing import Final
 from sunset.metrics import FaultOutcome, RunMetrics, Timeline
 from sunset.recording.schema import StoredFault
 from sunset.system import Fault, current_system, find_fault
-from sunset.texts import listed
+from sunset.texts.sentences import listed
 
 _MOST: Final = 4  # occurrences of a fault that are listed
 _LATE_S: Final = 0.1

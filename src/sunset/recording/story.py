@@ -12,7 +12,7 @@ from sunset.recording.causes import Cause
 from sunset.recording.logs import LogLine
 from sunset.recording.schema import RunRecord
 from sunset.system import current_system, find_fault
-from sunset.texts import counted
+from sunset.texts.sentences import counted
 from sunset_ros.texts import printable, shorten
 
 Event = tuple[float, str, str]

@@ -20,7 +20,6 @@ from sunset.metrics import (
     Setting,
     Timeline,
 )
-from sunset.names import ros_text
 from sunset.recording.schema import RunRecord
 from sunset.recording.values import RecordedMessage
 from sunset.system import (
@@ -41,6 +40,7 @@ from sunset.system import (
     full_name,
 )
 from sunset.system_interfaces import msg
+from sunset.texts.names import ros_text
 from sunset_ros.interfaces import Message, type_name
 from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent

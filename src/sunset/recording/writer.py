@@ -10,7 +10,7 @@ from typing import Final, Self
 import msgspec
 
 from sunset.errors import OutputError
-from sunset.output_files import flush, unwritable
+from sunset.files.outputs import flush, unwritable
 from sunset.recording._bag import write_bag
 from sunset.recording.images import ImageWriter, without_pixels
 from sunset.recording.schema import RUN_FILE, RunRecord

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import ScenarioError
-from sunset.input_files import read_bytes
-from sunset.names import base_name
+from sunset.files.inputs import read_bytes
 from sunset.scenarios.fault import parse_fault
 from sunset.scenarios.reading import parse_scenario, parse_suite
 from sunset.scenarios.schema import Scenario
 from sunset.scenarios.split_files import is_scenario_file, read_split, scenario_files
 from sunset.scenarios.splits import SPLITS, WILD
 from sunset.system import System, all_suites, current_system, find_fault, scenario_name
+from sunset.texts.names import base_name
 from sunset_ros.texts import shown, suggestion
 
 _DRAWN: Final = re.compile(rf"({'|'.join(split for split in SPLITS if split != WILD)})-\d+")

@@ -8,12 +8,12 @@ from typing import Any, Final
 
 from sunset.errors import InvalidInputError, ScenarioError
 from sunset.flights import KEYS, FlightSpec
-from sunset.names import base_name
 from sunset.scenarios._document import Item, parse_yaml
 from sunset.scenarios.courses import problems
 from sunset.scenarios.fault import After, Profile, ScenarioFault
 from sunset.scenarios.schema import Scenario
 from sunset.system import Value, get_fault
+from sunset.texts.names import base_name
 
 _REQUIRED_KEYS: Final = ("name", "target_node", "type", "value")
 _IGNORED_KEYS: Final = ("criticality_level", "is_gt_failure", "probability")

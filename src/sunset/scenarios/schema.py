@@ -13,7 +13,7 @@ from sunset.scenarios.courses import problems
 from sunset.scenarios.fault import LONGEST_S, ScenarioFault, to_floats
 from sunset.schemas import check_fields
 from sunset.system import DURATION_S
-from sunset.texts import listed
+from sunset.texts.sentences import listed
 from sunset_ros.texts import shown
 
 

@@ -8,8 +8,8 @@ from typing import Final
 import msgspec
 
 from sunset.errors import InvalidInputError, ScenarioError
-from sunset.input_files import read_bytes
-from sunset.output_files import draft_of_folder
+from sunset.files.inputs import read_bytes
+from sunset.files.outputs import draft_of_folder
 from sunset.scenarios.splits import RULE, SplitSpec, draw_split
 from sunset.schemas import convert, document_text, read_json
 from sunset.system import loaded_extensions

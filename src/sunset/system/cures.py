@@ -3,10 +3,10 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from sunset.names import ros_text
 from sunset.system.current import current_system
 from sunset.system.description import Adaptation, Fault
 from sunset.system.names import full_name
+from sunset.texts.names import ros_text
 
 STATE: Final = ""
 """The lifecycle state of a node, in place of a parameter's name."""

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import ExtensionError, ScenarioError
-from sunset.source_files import is_edited
+from sunset.files.sources import is_edited
 from sunset.system.checks import check_extension, check_system
 from sunset.system.description import Fault
 from sunset.system.extension import Extension, Suite, names_in_suite

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 from msgspec import Meta
 
 from sunset.errors import ExtensionError, ScenarioError
-from sunset.names import ros_text
 from sunset.schemas import check_fields, fields_of
 from sunset.system.names import TOPIC_PATTERN
+from sunset.texts.names import ros_text
 
 LONGEST_DELAY_S: Final = 3600.0
 """The longest time from a node's start until it activates itself [s]."""

@@ -9,10 +9,10 @@ from types import ModuleType
 from typing import Final
 
 from sunset.errors import ExtensionError
-from sunset.input_files import file_digest
-from sunset.source_files import compiled_checksum, import_file, import_place
+from sunset.files.inputs import file_digest
+from sunset.files.sources import compiled_checksum, import_file, import_place
 from sunset.system.extension import Extension
-from sunset.texts import described_error
+from sunset.texts.sentences import described_error
 from sunset_ros.texts import suggestion
 
 _GROUP: Final = "sunset.extensions"

@@ -5,7 +5,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from sunset.input_files import read_text
+from sunset.files.inputs import read_text
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,

@@ -16,7 +16,7 @@ import msgspec
 from sunset import __version__
 from sunset.classes import CLASSES, COLOURS
 from sunset.errors import OutputError, RecordError
-from sunset.input_files import open_regular
+from sunset.files.inputs import open_regular
 from sunset.processes.workers import Progress
 from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions

@@ -6,7 +6,7 @@ from typing import Final
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics
 from sunset.recording import RunRecord, StoredRun
 from sunset.recording.story import remaining_failures
-from sunset.texts import counted, listed
+from sunset.texts.sentences import counted, listed
 
 _AT_ONCE_S: Final = 0.1  # faults within this time were injected together
 _MOST: Final = 4  # adaptations that are listed

@@ -8,7 +8,7 @@ threshold, and the IoU lower by a quarter or more, on the default flight with th
 from pathlib import Path
 from typing import Final
 
-from sunset.input_files import read_text
+from sunset.files.inputs import read_text
 from sunset.system import (
     MODALITIES,
     USE_CAMERA,

@@ -8,8 +8,8 @@ from typing import Final
 from sunset.calibration import AUC, effects
 from sunset.perception.severities import LOSSES, SeverityTable
 from sunset.system import get_fault
-from sunset.tables import aligned
-from sunset.texts import csv_text
+from sunset.texts.sentences import csv_text
+from sunset.texts.tables import aligned
 from sunset_lab.curves import BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")

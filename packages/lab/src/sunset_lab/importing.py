@@ -20,7 +20,7 @@ from torch import Tensor
 
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError, ModelError, OutputError
-from sunset.input_files import file_digest
+from sunset.files.inputs import file_digest
 from sunset.perception import Modality, Model, load_model
 from sunset.perception.card import check_name
 from sunset.processes.workers import Stages

@@ -9,7 +9,7 @@ import numpy as np
 from onnx import TensorProto
 
 from sunset.classes import CLASSES
-from sunset.input_files import file_digest
+from sunset.files.inputs import file_digest
 from sunset.perception import Modality, ModelCard, NetworkCard
 from sunset_lab.architecture import Layer, convolutions
 from sunset_lab.calibrate import version_of

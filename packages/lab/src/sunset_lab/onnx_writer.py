@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from onnx import NodeProto, TensorProto, ValueInfoProto, checker, external_data_helper, helper, numpy_helper
 
-from sunset.output_files import draft_of
+from sunset.files.outputs import draft_of
 from sunset_lab.inputs import upsampling
 
 _LARGE: Final = 16384

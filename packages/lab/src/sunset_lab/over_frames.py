@@ -15,7 +15,7 @@ import numpy.typing as npt
 from sunset import __version__
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import read_bag
-from sunset.output_files import draft_of
+from sunset.files.outputs import draft_of
 from sunset.perception import Model, Segmenter, load_model
 from sunset.processes.workers import Progress, spread
 from sunset_lab.batches import FrameSet, Images

@@ -7,8 +7,8 @@ import numpy as np
 
 from sunset.classes import CLASSES
 from sunset.perception import Modality
-from sunset.tables import markdown_table
-from sunset.texts import csv_text
+from sunset.texts.sentences import csv_text
+from sunset.texts.tables import markdown_table
 from sunset_lab.evaluate import Measured
 from sunset_lab.tables import AXES, Entry, IouTables
 

@@ -10,7 +10,7 @@ from sunset.cli._options import add_count_option, add_json_option, add_path, add
 from sunset.cli._parser import at_least_one
 from sunset.cli._progress import rendering_stages, stages_progress
 from sunset.errors import MissingExtraError
-from sunset.output_files import make_folder, write_text
+from sunset.files.outputs import make_folder, write_text
 from sunset.perception.severities import SEVERITIES_NAME
 from sunset.schemas import document_text
 from sunset_lab.curves_text import as_csv, as_json, as_text, severity_table

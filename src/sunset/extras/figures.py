@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from sunset.errors import InvalidInputError, MissingExtraError
-from sunset.output_files import draft_of
+from sunset.files.outputs import draft_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

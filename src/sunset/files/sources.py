@@ -18,7 +18,7 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Final
 
 import sunset
-from sunset.texts import line_text
+from sunset.texts.sentences import line_text
 
 PACKAGES: Final = {
     name: Path(str(spec.origin)).parent

@@ -1,0 +1,3 @@
+"""Texts for sentences, tables in terminals and Markdown, and names on the ROS graph."""
+
+__all__: list[str] = []

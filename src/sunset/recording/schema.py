@@ -164,7 +164,18 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 _Figures = msgspec.defstruct(
-    "_Figures", [(name, fields_of(RunMetrics)[name] | None) for name in RunMetrics.names()]
+    "_Figures",
+    [
+        # a figure with a default may be missing, since older records lack it
+        (
+            field.name,
+            fields_of(RunMetrics)[field.name] | None,
+            msgspec.NODEFAULT if field.default is dataclasses.MISSING else None,
+        )
+        for field in dataclasses.fields(RunMetrics)
+        if field.name in RunMetrics.names()
+    ],
+    kw_only=True,
 )
 
 

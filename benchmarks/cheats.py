@@ -1,4 +1,4 @@
-"""What managing systems score that want figures, not a segmentation: those of `tests/managing/cheats.py`.
+"""The scores of the managing systems of `tests/managing/cheats.py`, which aim at figures, not at a segmentation.
 
 Run it with `python benchmarks/cheats.py RESULTS`; with some scenarios of the suite only, it is quicker. It prints the
 scores, and what became of the faults, beside those of the managing systems that come with SUNSET.

@@ -57,7 +57,7 @@ def _unlisted(fault: Fault) -> UnlistedFault | None:
 
 
 def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters]:
-    """Return node → parameter → value, of those that differ from their defaults, on any middleware."""
+    """Return the parameters that differ from their defaults, as node → parameter → value."""
     timing, card = spec.timing, resources.model.card
     frames = len(resources.bag)
     starts = frames - timing.frames + 1 if frames >= timing.frames else frames

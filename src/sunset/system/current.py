@@ -126,7 +126,7 @@ def unlisted_names(*, sealed: bool) -> tuple[str, ...]:
 
 @contextmanager
 def system_with(faults: Iterable[str]) -> Iterator[None]:
-    """Let the system have the unlisted faults for as long as the context lasts, if any of these faults is unlisted.
+    """Add the unlisted faults to the system within the context, if one of these faults is unlisted.
 
     Managing systems must be started outside of it.
 

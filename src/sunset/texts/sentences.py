@@ -1,4 +1,4 @@
-"""Text that others wrote, such that it does nothing but stand where it is printed."""
+"""Sentences, counts, lists and CSV cells; text from elsewhere is printed without effect on a terminal."""
 
 import csv
 import io

@@ -1,6 +1,6 @@
 """Training: from rendered frames to a model's weights, thresholds and card.
 
-Only `calibrate`, `importing` and `run`, and the modules below them, need the extra `train` (torch and onnx).
+Trainings and imports need torch and onnx, and a calibration needs onnx (the extra `train`); measurements need neither.
 """
 
 from importlib.util import find_spec

@@ -1,4 +1,4 @@
-"""Random generators: all generators of the project are made here."""
+"""Random generators: all generators of the library and of SUNSET are made here."""
 
 import hashlib
 from typing import TYPE_CHECKING

@@ -174,7 +174,7 @@ def _referenced(name: str) -> Iterator[str]:
 
 
 def _fields(name: str) -> dict[str, FieldType]:
-    """Return the fields of a message, of a service, which are three messages, or of the last of these."""
+    """Return the fields of a message, of a service (request, response and event), or of its event."""
     service, _, part = name.rpartition("_")
     if "/srv/" not in name or part in _PARTS:
         return field_types(get_message(name))

@@ -1,3 +1,3 @@
-"""The middleware port in `core`, and its implementations in `sim` and `dds`."""
+"""The middleware port in `core`, and its implementations in `sim`, `dds` and `remote`."""
 
 __all__: list[str] = []

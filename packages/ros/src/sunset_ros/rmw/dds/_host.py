@@ -1,4 +1,4 @@
-"""A process on DDS as its parts need it, and the base classes of these parts."""
+"""The interface of a process on DDS to its endpoints, and their base classes."""
 
 import time
 from abc import abstractmethod

@@ -13,8 +13,8 @@ T = TypeVar("T")
 class WaitingLine(Generic[T]):
     """An unbounded queue that threads and signal handlers fill, and a single thread empties.
 
-    `queue.SimpleQueue` of CPython 3.11 does not serve: it waits for ever, in spite of a timeout, if the timeout
-    passes just before it begins to wait, since it takes a negative rest for no timeout.
+    `queue.SimpleQueue` of CPython 3.11 can block for ever: it takes a timeout that passes just before it begins to wait
+    for no timeout.
     """
 
     def __init__(self) -> None:

@@ -11,9 +11,9 @@ flights only, so that their effects are part of its truth. The models:
 Effects are of a normal distribution, or with `--effects skewed` of a lognormal one, of which most are small and a few
 great: as if a managing system failed with few degradations, and totally.
 
-Prints, for 3, 5 and 9 degradations, the lowest and the highest coverage of the 95 % intervals of a paired difference and of
-a score hold the true one, over campaigns on 1, 3 and 4 flights with 3 and 5 seeds; and how often a difference is
-detected that reports call detectable with 80 %.
+Prints, for 3, 5 and 9 degradations, the lowest and the highest coverage of the 95 % intervals of a paired difference
+and of a score, over campaigns on 1, 3 and 4 flights with 3 and 5 seeds; and how often a difference is detected that reports
+call detectable with 80 %.
 """
 
 import argparse

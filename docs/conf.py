@@ -48,6 +48,7 @@ order = {
         "docs/api/data",
         "packages/town/README",
         "docs/api/town",
+        "packages/lab/README",
         "docs/api/metrics",
         "docs/api/recording",
         "packages/ros/README",

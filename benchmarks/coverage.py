@@ -12,8 +12,8 @@ Effects are of a normal distribution, or with `--effects skewed` of a lognormal 
 great: as if a managing system failed with few degradations, and totally.
 
 Prints, for 3, 5 and 9 degradations, the lowest and the highest coverage of the 95 % intervals of a paired difference
-and of a score, over campaigns on 1, 3 and 4 flights with 3 and 5 seeds; and how often a difference is detected that reports
-call detectable with 80 %.
+and of a score, over campaigns on 1, 3 and 4 flights with 3 and 5 seeds; and how often a difference is detected that
+reports call detectable with 80 %.
 """
 
 import argparse

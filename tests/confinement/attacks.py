@@ -520,8 +520,8 @@ def sockets(path: str, abstract: str) -> object:
             ours.connect(path)
         return True
 
-    def family(number: int) -> bool:
-        socket.socket(number, socket.SOCK_RAW).close()
+    def family(number: int, protocol: int = 0) -> bool:
+        socket.socket(number, socket.SOCK_RAW, protocol).close()
         return True
 
     return _first(
@@ -531,6 +531,7 @@ def sockets(path: str, abstract: str) -> object:
             sent,
             bound,
             *((lambda number=number: family(number)) for number in (17, 38, 40)),
+            lambda: family(16, 4),  # it lists the computer's sockets
         ]
     )
 
@@ -549,6 +550,7 @@ def shared_memory(key: int) -> object:
             lambda: _call((29, 194), key, 4096, 0o1666) + 1,
             lambda: _call((68, 186), key, 0o1666) + 1,
             lambda: _call((64, 190), key, 1, 0o1666) + 1,
+            lambda: _call((71, 187), 0, 12, ctypes.create_string_buffer(256)) + 1,  # about all queues
             lambda: _call((240, 180), f"sunset-{key}".encode(), 0o102, 0o666, None) + 1,
             lambda: _call((248, 217), b"user", f"sunset-{key}".encode(), b"!", 1, -4),
             lambda: Path(f"/dev/shm/sunset-{key}").write_bytes(b"!"),  # noqa: S108  that is the attack

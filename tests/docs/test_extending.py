@@ -170,9 +170,7 @@ def test_its_suite_is_run_as_a_campaign_and_recomputed(capsys: pytest.CaptureFix
     assert main(bench) == 0
     printed = capsys.readouterr()
     assert "Level" in printed.out
-    assert (
-        f"sunset bundle campaign --out results.zip --extension {Path.cwd() / 'altimeter.py'}" in printed.err
-    )
+    assert "sunset bundle campaign --out results.zip --extension altimeter.py" in printed.err
     assert main(["report", "campaign", "--recompute", *extension]) == 0
     again = capsys.readouterr()
     assert "differ" not in again.err

@@ -25,12 +25,20 @@ _DENIED: Final[Mapping[str, Numbers]] = {
     # a process must not leave its group, which the keeper ends
     "setsid": (112, 157),
     "setpgid": (109, 154),
-    # names that outlive a process, and that other processes can know
+    # names that outlive a process, and that other processes can know or guess
     "shmget": (29, 194),
     "shmat": (30, 196),
+    "shmctl": (31, 195),
     "msgget": (68, 186),
+    "msgsnd": (69, 189),
+    "msgrcv": (70, 188),
+    "msgctl": (71, 187),
     "semget": (64, 190),
+    "semop": (65, 193),
+    "semtimedop": (220, 192),
+    "semctl": (66, 191),
     "mq_open": (240, 180),
+    "mq_unlink": (241, 181),
     "add_key": (248, 217),
     "request_key": (249, 218),
     "keyctl": (250, 219),
@@ -51,7 +59,9 @@ _DENIED: Final[Mapping[str, Numbers]] = {
     "ioprio_set": (251, 30),
 }
 
-_CLONE, _CLONE3, _SOCKET, _SOCKETPAIR = (56, 220), (435, 435), (41, 198), (53, 199)
+_CLONE, _CLONE3, _SOCKET, _SOCKETPAIR, _PRCTL = (56, 220), (435, 435), (41, 198), (53, 199), (157, 167)
+_SET_SIGNAL_OF_PARENTS_DEATH: Final = 1
+"""PR_SET_PDEATHSIG: a process must not outlive its keeper."""
 _OF_A_PROCESS: Final = ((302, 261), (203, 122), (144, 119), (142, 118), (314, 274))
 """prlimit64, sched_setaffinity, sched_setscheduler, sched_setparam, sched_setattr: denied except for the caller, 0."""
 _SIGNALS: Final = ((62, 129), (234, 131), (129, 138), (297, 240))
@@ -62,8 +72,10 @@ _OWNERS: Final = {(72, 25): (8, 15), (16, 29): (0x8901, 0x8902)}
 """fcntl with F_SETOWN, F_SETOWN_EX; ioctl with FIOSETOWN, SIOCSPGRP: they choose who gets the signals of a file."""
 
 _NAMESPACES: Final = 0x7E020080  # time, mount, cgroup, UTS, IPC, user, process, network
-_FAMILIES: Final = (2, 10, 16)
-"""AF_INET, AF_INET6, and AF_NETLINK, by which the C library finds addresses."""
+_FAMILIES: Final = (2, 10)
+"""AF_INET and AF_INET6."""
+_NETLINK: Final = 16
+"""AF_NETLINK; by its protocol 0 the C library finds addresses, and others show processes and sockets."""
 _STREAM, _SEQPACKET, _TYPE = 1, 5, 0xF
 
 _ALLOW: Final = 0x7FFF0000
@@ -142,9 +154,11 @@ def _tests() -> Iterator[tuple[Numbers, list[Instruction]]]:
     )  # a filter cannot see its flags; the C library then calls clone
     yield _CLONE, [_argument(0), (_ANY_BIT, 0, 1, _NAMESPACES), _RETURN_DENY, _RETURN_ALLOW]
     # other families are local: D-Bus, Docker, X11
-    yield _SOCKET, [_argument(0), *_allow_any(_FAMILIES)]
+    netlink = [(_EQUAL, 0, 4, _NETLINK), _argument(2), *_allow_any([0])]
+    yield _SOCKET, [_argument(0), *netlink, *_allow_any(_FAMILIES)]
     # a pair for datagrams could send to any path
     yield _SOCKETPAIR, [_argument(1), (_AND, 0, 0, _TYPE), *_allow_any((_STREAM, _SEQPACKET))]
+    yield _PRCTL, [_argument(0), (_EQUAL, 0, 1, _SET_SIGNAL_OF_PARENTS_DEATH), _RETURN_DENY, _RETURN_ALLOW]
     for numbers in _OF_A_PROCESS:
         yield numbers, [_argument(0), *_allow_any([0])]
 

@@ -113,8 +113,12 @@ def _known_spec(name: str, path: Sequence[str] | None) -> ModuleSpec | None:
 
 
 def find_modules(folders: Iterable[Path], files: Iterable[Path]) -> None:
-    """Make files in folders that cannot be listed importable, before modules of the same name elsewhere."""
+    """Make files in folders that cannot be listed importable, before modules of the same name elsewhere.
+
+    `PACKAGES` stay importable, too, where each has been installed from a source folder.
+    """
     given = [*files]
+    _known.update(place / "__init__.py" for place in PACKAGES.values())
     for folder in reversed([*folders]):
         _known.update(file for file in given if file.is_relative_to(folder))
         import_from(folder)

@@ -117,7 +117,10 @@ def _await_end(pid: int, user: socket.socket, ended: socket.socket, grace_s: flo
             if os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None:
                 return
         if user.fileno() in ready:
-            order = user.recv(1)
+            try:
+                order = user.recv(1)
+            except ConnectionResetError:  # its user has ended, and had not read all
+                order = b""
             if not order:
                 poll.unregister(user)
             limit_s = min(limit_s, time.monotonic() + _LIMITS_S.get(order, math.inf if order else grace_s))

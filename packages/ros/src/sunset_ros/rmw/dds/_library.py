@@ -20,7 +20,7 @@ def check_version(installed: str | None) -> None:
     if installed != VERSION:
         raise MissingExtraError(
             f"The live middleware needs cyclonedds {VERSION}, found {installed or 'none'}: "
-            "pip install 'sunset-ros[live]'."
+            "pip install 'sunset-exemplar[live]', or 'sunset-ros[live]' for the client library alone."
         )
 
 

@@ -183,7 +183,7 @@ print(manager_checksum("mine:Mine", Settings()))
 @pytest.mark.parametrize("layered", [False, True], ids=["PYTHONPATH", "a .pth file"])
 def test_an_installation_is_found_wherever_python_finds_it(layered: bool, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(
-        "import numpy, sunset.data, sunset_lab, sunset_town\nfrom sunset.managing import ManagingSystem\n\n"
+        "import numpy, sunset_town\nfrom sunset.managing import ManagingSystem\n\n"
         "class Mine(ManagingSystem):\n    def adapt(self, symptoms): pass\n"
     )
     folders = [str(folder.parent) for folder in PACKAGES.values()]

@@ -12,6 +12,7 @@ from sunset.experiments import campaign_managers
 from sunset.files.outputs import folder_name
 from sunset.managing import (
     EXTERNAL,
+    MANAGERS,
     PREFIX,
     checksum,
     is_registered,
@@ -61,10 +62,9 @@ def _paths(name: str, manager: str, known: str) -> Sequence[Path]:
             "from which the campaign was run; of a class that was passed, call sunset.bundle where it was."
         ) from error
     if paths is None:
-        raise RecordError(
-            f"The managing system {name} has changed since the campaign was run: restore its source, and call this "
-            "again."
-        )
+        shipped = "bundle the campaign with the version of SUNSET that ran it"
+        remedy = shipped if manager in MANAGERS else "restore its source, and call this again"
+        raise RecordError(f"The managing system {name} has changed since the campaign was run: {remedy}.")
     return paths
 
 

@@ -44,7 +44,7 @@ _MODULES: Final = (*EXTENSION_SUFFIXES, *SOURCE_SUFFIXES)
 
 @cache
 def package_version() -> str:
-    """Return this package's version with a checksum of its and the client library's sources, such as `0.1.0+c3f2a1b4`.
+    """Return SUNSET's version with a checksum of the sources of `PACKAGES`, such as `0.1.0+c3f2a1b4`.
 
     Edited files make another version, since results may differ.
     """

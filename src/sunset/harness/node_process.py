@@ -1,7 +1,6 @@
 """One node as a process of its own, on a live middleware.
 
-As a program, `python -m sunset.harness.node_process SPEC` runs the node of a `NodeSpec` in JSON; without an argument it
-forks processes that do so, for `sunset.processes.forking`.
+`run_forked` runs the node of a `NodeSpec` in a process that a `sunset.processes.server` has forked.
 """
 
 import os

@@ -207,7 +207,8 @@ class Process:
                 pass
         except (SunsetError, OSError):
             if self.keeper_pid:
-                os.kill(self.keeper_pid, signal.SIGKILL)
+                with suppress(ProcessLookupError):  # it was waited for elsewhere
+                    os.kill(self.keeper_pid, signal.SIGKILL)
         self.socket.close()
         self._keeper.close()
         for file in (self._dying, self._printed):

@@ -163,17 +163,17 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         return {"entropy_threshold": self.entropy_threshold, "sharpness_threshold": self.sharpness_threshold}
 
 
+_DEFAULTS: Final = {field.name: field.default for field in dataclasses.fields(RunMetrics)}
 _Figures = msgspec.defstruct(
     "_Figures",
     [
         # a figure with a default may be missing, since older records lack it
         (
-            field.name,
-            fields_of(RunMetrics)[field.name] | None,
-            msgspec.NODEFAULT if field.default is dataclasses.MISSING else None,
+            name,
+            fields_of(RunMetrics)[name] | None,
+            msgspec.NODEFAULT if _DEFAULTS[name] is dataclasses.MISSING else None,
         )
-        for field in dataclasses.fields(RunMetrics)
-        if field.name in RunMetrics.names()
+        for name in RunMetrics.names()
     ],
     kw_only=True,
 )

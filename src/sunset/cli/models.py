@@ -13,13 +13,15 @@ from sunset.cli._progress import progress_bar
 from sunset.texts.tables import aligned
 
 _OTHERS: Final = {
-    "import": "make a model of the published checkpoints",
-    "calibrate": "give a model its temperatures, thresholds and card",
-    "curves": "measure what each fault does to a model, by its strength, and what its cure brings back",
-    "flights": "find the thresholds of a model on flights, and how well they do",
-    "iou": "tabulate the IoU of models on towns that they were not trained on",
+    "sunset_lab.verbs.models_import": "make a model of the published checkpoints",
+    "sunset_lab.verbs.models_calibrate": "give a model its temperatures, thresholds and card",
+    "sunset_lab.verbs.models_curves": (
+        "measure what each fault does to a model, by its strength, and what its cure brings back"
+    ),
+    "sunset.cli._models_flights": "find the thresholds of a model on flights, and how well they do",
+    "sunset_lab.verbs.models_iou": "tabulate the IoU of models on towns that they were not trained on",
 }
-"""Actions in modules of their own, most of them in the lab, which are imported when they are used."""
+"""Module of an action, by whose last word it is called → its help; imported when it is used."""
 
 
 def add_arguments(parser: Parser) -> None:
@@ -37,9 +39,8 @@ def add_arguments(parser: Parser) -> None:
     showing.add_argument("model", help="a model's name or folder")
     add_flag(showing, "--json", "print the card as one JSON object")
     showing.set_defaults(execute=show)
-    for name, text in _OTHERS.items():
-        module = "sunset.cli._models_flights" if name == "flights" else f"sunset_lab.verbs.models_{name}"
-        actions.add_parser(name, help=text, add=add_module(module))
+    for module, text in _OTHERS.items():
+        actions.add_parser(module.rpartition("_")[2], help=text, add=add_module(module))
 
 
 def _add_list(parser: Parser) -> None:

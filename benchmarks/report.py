@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from sunset.evaluation import FORMATS
-from sunset.recording import RUN_FILE
+from sunset.texts.names import RUN_FILE
 
 _MIB = 1024**2
 _KIB = 1024

@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 import sunset
-from sunset.cli._progress import progress_bar
+from sunset.cli.progress import progress_bar
 from sunset.evaluation import RunRow
 from sunset.evaluation.paired import difference
 from sunset.managing import Baseline, ManagingSystem, Symptoms

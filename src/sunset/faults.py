@@ -1,7 +1,7 @@
 """Image degradations, as pure functions on arrays.
 
 All functions saturate instead of wrapping around. They do not write to their arguments; with strength 0 they return
-the argument without a copy.
+the argument without a copy. They do not check strengths: the parameters of nodes and the descriptions of faults do.
 
 The paper (section 3.3) names the degradations: a shifted colour space, the enhancement applied to a good
 image, a misaligned image, Gaussian noise on the depth, and a blur. Their strengths are decided here.
@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import ParameterError
-from sunset.system import DEPTH_DEGRADATION_RANGE, IMAGE_DEGRADATION_RANGE
 
 Image = npt.NDArray[np.uint8]
 Depth = npt.NDArray[np.uint16]
@@ -28,12 +27,6 @@ DEPTH_COUNTS_PER_METRE: Final = 65.535
 
 _DARKENING = 0.5  # of the brightness, per unit of strength: the published exemplar's figure
 _MIXING = 0.2  # of each channel replaced by the next channel, per unit of strength
-
-
-def _check_strength(name: str, strength: float, limits: tuple[float, float]) -> None:
-    low, high = limits
-    if not low <= strength <= high:  # also refuses NaN
-        raise ParameterError(f"The strength of {name} must be from {low:g} to {high:g}, got {strength!r}.")
 
 
 def _mixture(strength: float) -> npt.NDArray[np.float64]:
@@ -57,13 +50,9 @@ def degrade_image(bgr: Image, strength: float) -> Image:
         bgr: (H, W, 3).
         strength: in [0, 1.9].
 
-    Raises:
-        ParameterError: the strength is out of range.
-
     >>> degrade_image(np.array([[[200, 100, 0]]], dtype=np.uint8), 1.0)
     array([[[90, 40, 20]]], dtype=uint8)
     """
-    _check_strength("image_degradation", strength, IMAGE_DEGRADATION_RANGE)
     if strength == 0:
         return bgr
     degraded: Image = cv2.transform(bgr, _mixture(strength))
@@ -79,13 +68,9 @@ def enhance_image(bgr: Image, strength: float) -> Image:
         bgr: (H, W, 3).
         strength: in [0, 1.9].
 
-    Raises:
-        ParameterError: the strength is out of range.
-
     >>> enhance_image(np.array([[[90, 40, 20]]], dtype=np.uint8), 1.0)
     array([[[200, 100,   0]]], dtype=uint8)
     """
-    _check_strength("the enhancement", strength, IMAGE_DEGRADATION_RANGE)
     if strength == 0:
         return bgr
     enhanced: Image = cv2.transform(bgr, np.linalg.inv(_mixture(strength)))
@@ -99,11 +84,7 @@ def degrade_depth(depth: Depth, strength: float, rng: np.random.Generator) -> De
         depth: (H, W), 65535 counts on 1000 m.
         strength: the noise's standard deviation in metres, in [0, 100].
         rng: draws the noise; not used when the strength is 0.
-
-    Raises:
-        ParameterError: the strength is out of range.
     """
-    _check_strength("depth_degradation", strength, DEPTH_DEGRADATION_RANGE)
     if strength == 0:
         return depth
     noisy = rng.standard_normal(depth.shape, dtype=np.float32)

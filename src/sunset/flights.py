@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final
 from msgspec import Meta
 
 from sunset.errors import InvalidInputError
-from sunset.schemas import check_fields
+from sunset.files.schemas import check_fields
 from sunset_ros.seeding import check_seed
 from sunset_ros.texts import shown, suggestion
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
-from sunset.confinement import confinement_report
+from sunset.processes.confinement import confinement_report
 
 pytestmark = pytest.mark.usefixtures("flight")
 
@@ -128,7 +128,7 @@ def test_a_source_in_another_encoding_is_run(mine: Callable[[str], str], tmp_pat
 def test_a_campaign_says_what_it_consists_of_and_a_report_that_it_is_not_finished(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sunset.cli._progress._QUICK_S", 0.0)
+    monkeypatch.setattr("sunset.cli.progress._QUICK_S", 0.0)
     out = tmp_path / "out"
     command = ["bench", "--suite", "nofault", "--managers", "none", "--repetitions", "1", "--duration", "1"]
     assert main([*command, "--out", str(out)]) == 0

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
-from sunset.confinement import missing_walls, walls
+from sunset.processes.confinement import missing_walls, walls
 
 pytestmark = pytest.mark.usefixtures("flight")
 

@@ -14,8 +14,9 @@ import pytest
 from rich.console import Console
 from tests.cli.conftest import PROGRESS
 
-from sunset.cli import _main, _progress
-from sunset.cli._progress import progress_bar, rendering_progress
+from sunset.cli import _main
+from sunset.cli import progress as module
+from sunset.cli.progress import progress_bar, rendering_progress
 from sunset.processes.calls import Watch, call_isolated
 
 
@@ -53,10 +54,10 @@ def stderr(capsys: pytest.CaptureFixture[str]) -> Stderr:
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let lines come soon; no time passes for them."""
-    monkeypatch.setattr(_progress, "monotonic", lambda: 7.0)
+    monkeypatch.setattr(module, "monotonic", lambda: 7.0)
     monkeypatch.setattr(_main, "_QUICK_S", 0.01)
-    monkeypatch.setattr(_progress, "_QUICK_S", 0.01)
-    monkeypatch.setattr(_progress, "_LINE_EVERY_S", 0.05)
+    monkeypatch.setattr(module, "_QUICK_S", 0.01)
+    monkeypatch.setattr(module, "_LINE_EVERY_S", 0.05)
 
 
 @pytest.mark.usefixtures("impatient")
@@ -89,8 +90,8 @@ def test_lines_tell_a_remark_and_the_time_that_is_left(
         draws.append(draw)
         yield
 
-    monkeypatch.setattr(_progress, "monotonic", lambda: next(times))
-    monkeypatch.setattr(_progress, "_repeating", once)
+    monkeypatch.setattr(module, "monotonic", lambda: next(times))
+    monkeypatch.setattr(module, "_repeating", once)
     with progress_bar("rgb") as progress:
         progress(100, 400)  # resumed
         progress(250, 400, "loss rgb 1.500")
@@ -101,9 +102,9 @@ def test_lines_tell_a_remark_and_the_time_that_is_left(
 
 
 def test_lines_of_long_work_are_far_apart(monkeypatch: pytest.MonkeyPatch, stderr: Stderr) -> None:
-    monkeypatch.setattr(_progress, "_QUICK_S", 0.01)
-    monkeypatch.setattr(_progress, "_LONG_S", 0.005)
-    monkeypatch.setattr(_progress, "_SHARE", 1)  # the next line after as long again
+    monkeypatch.setattr(module, "_QUICK_S", 0.01)
+    monkeypatch.setattr(module, "_LONG_S", 0.005)
+    monkeypatch.setattr(module, "_SHARE", 1)  # the next line after as long again
 
     with progress_bar("Building"):
         wait(1.0)
@@ -121,8 +122,8 @@ def test_lines_are_less_than_2_s_apart_for_ten_minutes(monkeypatch: pytest.Monke
         pauses.append(draw())
         yield
 
-    monkeypatch.setattr(_progress, "monotonic", lambda: next(times))
-    monkeypatch.setattr(_progress, "_repeating", once)
+    monkeypatch.setattr(module, "monotonic", lambda: next(times))
+    monkeypatch.setattr(module, "_repeating", once)
     with progress_bar("Building"):
         pass
 
@@ -150,7 +151,7 @@ def test_a_program_that_is_slow_to_load_says_so(stderr: Stderr) -> None:
 
 def test_a_terminal_shows_the_work_before_it_says_how_far_it_is() -> None:
     text, xterm = io.StringIO(), {"TERM": "xterm"}
-    with _progress._bar(Console(file=text, force_terminal=True, width=80, _environ=xterm), "Building"):
+    with module._bar(Console(file=text, force_terminal=True, width=80, _environ=xterm), "Building"):
         wait_until(lambda: "Building" in text.getvalue())
 
 
@@ -186,7 +187,7 @@ def test_a_process_forked_while_it_is_drawn_can_write_to_stderr(
     terminal: bool, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     for name in ("_QUICK_S", "_LINE_EVERY_S", "_FRAME_EVERY_S", "_SHARE"):
-        monkeypatch.setattr(_progress, name, 0)
+        monkeypatch.setattr(module, name, 0)
     if terminal:
         monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes stderr for one then
 

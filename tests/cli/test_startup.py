@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.cli._parser import VERBS
+from sunset.cli.parser import VERBS
 
 SLOW = {"apsw", "cv2", "cyclonedds", "embreex", "numpy", "onnxruntime", "rich", "rosbags", "yaml"}
 """Packages that SUNSET needs and that take long to import."""

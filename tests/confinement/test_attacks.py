@@ -17,9 +17,9 @@ import pytest
 from tests.confinement import attacks
 
 import sunset.metrics  # of which it could know
-from sunset.confinement import View, missing_walls, walls
-from sunset.confinement.landlock import landlock_version
-from sunset.confinement.seccomp import can_filter_calls
+from sunset.processes.confinement import View, missing_walls, walls
+from sunset.processes.confinement.landlock import landlock_version
+from sunset.processes.confinement.seccomp import can_filter_calls
 from sunset.processes.server import ForkServer
 from sunset.system import unlisted
 
@@ -32,7 +32,7 @@ pytestmark = [
 
 SECRET: Final = f"scenario-{secrets.token_hex(16)}"
 _PATIENCE_S: Final = 60.0
-PREPARE: Final = "sunset.confinement:prepare"
+PREPARE: Final = "sunset.processes.confinement:prepare"
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +132,7 @@ def test_it_reads_of_no_fault_that_the_catalogue_leaves_out(confinement: ForkSer
     assert confined(confinement, "grepping", view, folder=str(package), words=["gpu_failure"])["got"]
     assert unconfined("asking", words=words)
     assert confined(confinement, "asking", words=[*words, "gpu_failure"])["got"] == ["gpu_failure"]
-    for module in ("sunset.wild.causes", "sunset.wild.nodes"):
+    for module in ("sunset.nodes.wild.causes", "sunset.nodes.wild.nodes"):
         assert unconfined("importing", module=module, attribute="__doc__")
         assert not confined(confinement, "importing", module=module, attribute="__doc__")["got"]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.cli._parser import make_parser
+from sunset.cli.parser import make_parser
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "live.md").read_text("utf-8")

@@ -9,8 +9,9 @@ import pytest
 
 from sunset.data import read_bag, write_bag
 from sunset.experiments import BenchSpec, RunSpec, Settings, Timing, bench, run
-from sunset.recording import RUN_FILE, StoredRun, read_stored_run
+from sunset.recording import StoredRun, read_stored_run
 from sunset.scenarios import Scenario, ScenarioFault, load_scenario, onsets, suite
+from sunset.texts.names import RUN_FILE
 
 BEGINNINGS = {
     "single/image_shift": 2.0,

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from tests.live.systems import PATIENCE_S, children, domain_of, eventually, exists, flying
 
-from sunset.confinement.landlock import landlock_version
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.harness.deployment import deployed_scenario
+from sunset.processes.confinement.landlock import landlock_version
 from sunset.scenarios import load_scenario
 
 pytestmark = [pytest.mark.xdist_group("live"), pytest.mark.thorough]

@@ -14,7 +14,7 @@ from sunset.calibration import Condition, effects, suite_strengths
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES, COLOURS, PALETTE
 from sunset.data import DEPTH_RANGE_M, Frame, read_bag
 from sunset.errors import InvalidInputError
-from sunset.extras.figures import drawing
+from sunset.files.plots import drawing
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Model, Segmenter
 from sunset.system import ENTROPY_SIGNAL, SHARPNESS_SIGNAL, Signal, current_system, get_fault

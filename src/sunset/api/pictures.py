@@ -11,7 +11,7 @@ from sunset.data import default_flight
 from sunset.errors import InvalidInputError
 from sunset.evaluation import entropy_figure, outage_figure
 from sunset.experiments import Options, RunSpec, Settings
-from sunset.extras.figures import check_figure, drawing, save_figure
+from sunset.files.plots import check_figure, drawing, save_figure
 from sunset.metrics import Samples
 from sunset.perception import load_model
 from sunset.processes.workers import Progress, Stages

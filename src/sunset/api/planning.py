@@ -25,8 +25,8 @@ from sunset.evaluation.power import (
 from sunset.experiments import BenchSpec, RunSpec, added_managers, in_turn, plan, prepare_runs, run
 from sunset.managing import split_label
 from sunset.processes.workers import Stages, processors
-from sunset.recording import RUN_FILE
 from sunset.system import degradations_of
+from sunset.texts.names import RUN_FILE
 from sunset.texts.sentences import counted, listed
 
 _PAUSE: Final = 20

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from sunset import bundling
+from sunset.api import bundling
 from sunset.api.arguments import (
     Extensions,
     as_path,
@@ -16,7 +16,7 @@ from sunset.api.arguments import (
     optional_path,
     whole_of,
 )
-from sunset.bundling import Bundle, Rerun, Verification
+from sunset.api.bundling import Bundle, Rerun, Verification
 from sunset.errors import InvalidInputError
 from sunset.processes.workers import Progress
 from sunset_ros.seeding import check_seed

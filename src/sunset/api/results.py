@@ -28,9 +28,10 @@ from sunset.evaluation import (
     score_tables,
     summarise,
 )
-from sunset.extras.dataframes import data_frame
+from sunset.files.dataframes import data_frame
 from sunset.processes.workers import Progress
-from sunset.recording import RUN_FILE, count_runs, read_stored_run
+from sunset.recording import count_runs, read_stored_run
+from sunset.texts.names import RUN_FILE
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -192,7 +193,7 @@ def report(
 
 
 def _paper_report(folder: Path, form: str, progress: Progress | None) -> str:
-    from sunset.published import paper_report  # noqa: PLC0415  slow, and rarely needed
+    from sunset.evaluation.published import paper_report  # noqa: PLC0415  slow, and rarely needed
 
     return paper_report(folder, form, progress=progress)
 

@@ -40,9 +40,9 @@ from sunset.data import (
 )
 from sunset.errors import DataError, OutputError
 from sunset.files.outputs import make_folder, write_text
+from sunset.files.schemas import convert, document_text, read_json
 from sunset.perception import InferenceCache, Model, ModelCard, Segmenter, load_model
 from sunset.processes.workers import Progress, spread
-from sunset.schemas import convert, document_text, read_json
 from sunset.system import LoadedExtension, load_extension, loaded_extensions
 from sunset.texts.sentences import listed
 from sunset_ros.seeding import generator

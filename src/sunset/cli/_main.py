@@ -10,9 +10,9 @@ from io import TextIOWrapper
 from types import FrameType
 from typing import Final, NoReturn
 
-from sunset.cli._parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_extensions
+from sunset.cli.parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_extensions
+from sunset.errors import complaint
 from sunset.processes.forking import fill_standard_streams
-from sunset.shortage import complaint
 from sunset_ros.texts import sentence
 
 EXIT_INTERRUPTED: Final = 130

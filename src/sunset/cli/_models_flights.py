@@ -7,8 +7,8 @@ from msgspec import to_builtins
 
 import sunset
 from sunset.api.flights import flights_text
-from sunset.cli._options import add_json_option, add_settings
-from sunset.cli._progress import rendering_progress
+from sunset.cli.options import add_json_option, add_settings
+from sunset.cli.progress import rendering_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

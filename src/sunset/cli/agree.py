@@ -5,7 +5,7 @@ import sys
 
 import sunset
 from sunset.api.results import AGREEMENT_FORMATS, format_agreement
-from sunset.cli._options import (
+from sunset.cli.options import (
     add_campaign_options,
     add_count_option,
     add_flag,
@@ -14,7 +14,7 @@ from sunset.cli._options import (
     add_settings,
     campaign_options,
 )
-from sunset.cli._progress import run_progress
+from sunset.cli.progress import run_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

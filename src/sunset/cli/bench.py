@@ -9,7 +9,7 @@ from typing import Any
 import sunset
 from sunset.api.results import FORMATS
 from sunset.api.running import added_runs
-from sunset.cli._options import (
+from sunset.cli.options import (
     add_campaign_options,
     add_count_option,
     add_flag,
@@ -19,7 +19,7 @@ from sunset.cli._options import (
     campaign_options,
     print_next_steps,
 )
-from sunset.cli._progress import run_progress
+from sunset.cli.progress import run_progress
 from sunset.cli.report import print_table
 from sunset.errors import InvalidInputError
 from sunset_ros.texts import printable

@@ -3,8 +3,8 @@
 import argparse
 
 import sunset
-from sunset.cli._options import add_path
-from sunset.cli._progress import progress_bar
+from sunset.cli.options import add_path
+from sunset.cli.progress import progress_bar
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from typing import Final
 
 import sunset
 from sunset.api.catalogue import scenario_names
-from sunset.cli._parser import Parser, make_parser
+from sunset.cli.parser import Parser, make_parser
 from sunset.errors import MissingExtraError
 
 _SHELLS: Final = ("bash", "zsh", "fish", "tcsh")

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Final
 
 import sunset
-from sunset.cli._options import add_count_option, add_flag, add_path
-from sunset.cli._parser import Actions, Parser
-from sunset.cli._progress import BUILDING, progress_bar, rendering_progress, stages_progress
+from sunset.cli.options import add_count_option, add_flag, add_path
+from sunset.cli.parser import Actions, Parser
+from sunset.cli.progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
     DEPTH_UNITS,
     IDS,

@@ -6,9 +6,9 @@ import sys
 
 import sunset
 from sunset.api.catalogue import Fault, failure_text, get_fault, severities
-from sunset.cli._options import FLIGHT, MODEL, add_json_option, add_path, add_settings, run_options
-from sunset.cli._parser import Parser
-from sunset.cli._progress import run_progress
+from sunset.cli.options import FLIGHT, MODEL, add_json_option, add_path, add_settings, run_options
+from sunset.cli.parser import Parser
+from sunset.cli.progress import run_progress
 from sunset.errors import InvalidInputError
 from sunset.texts.tables import aligned
 

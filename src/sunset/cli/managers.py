@@ -4,9 +4,9 @@ import argparse
 import json
 
 import sunset
-from sunset.cli._options import LIVE, add_json_option, add_settings, run_options
-from sunset.cli._parser import Parser
-from sunset.cli._progress import run_progress
+from sunset.cli.options import LIVE, add_json_option, add_settings, run_options
+from sunset.cli.parser import Parser
+from sunset.cli.progress import run_progress
 from sunset.texts.tables import aligned
 
 

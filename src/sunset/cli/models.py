@@ -7,9 +7,9 @@ from dataclasses import asdict
 from typing import Final
 
 import sunset
-from sunset.cli._options import add_flag, add_json_option, add_settings
-from sunset.cli._parser import EXIT_BAD_INPUT, Parser, add_module
-from sunset.cli._progress import progress_bar
+from sunset.cli.options import add_flag, add_json_option, add_settings
+from sunset.cli.parser import EXIT_BAD_INPUT, Parser, add_module
+from sunset.cli.progress import progress_bar
 from sunset.texts.tables import aligned
 
 _OTHERS: Final = {

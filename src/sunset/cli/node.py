@@ -2,7 +2,7 @@
 
 import argparse
 
-from sunset.cli._options import add_flag
+from sunset.cli.options import add_flag
 from sunset.harness.node_process import NodeSpec, node_names, run_node
 from sunset.system import MANAGING_SYSTEM
 

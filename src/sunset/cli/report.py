@@ -7,8 +7,8 @@ from typing import Any
 
 import sunset
 from sunset.api.results import FORMATS, RUNS_FORMATS, is_run, print_story, unfinished_remark
-from sunset.cli._options import add_flag, add_format_options, add_path
-from sunset.cli._progress import progress_bar
+from sunset.cli.options import add_flag, add_format_options, add_path
+from sunset.cli.progress import progress_bar
 from sunset.errors import InvalidInputError
 
 

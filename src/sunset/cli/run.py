@@ -9,8 +9,8 @@ from pathlib import Path
 
 import sunset
 from sunset.api.running import DEFAULT_SCENARIO, keep_last_run
-from sunset.cli._options import add_flag, add_path, add_settings, print_next_steps, run_options
-from sunset.cli._progress import run_progress
+from sunset.cli.options import add_flag, add_path, add_settings, print_next_steps, run_options
+from sunset.cli.progress import run_progress
 from sunset.errors import OutputError
 from sunset_ros.texts import printable
 

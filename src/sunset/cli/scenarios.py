@@ -5,8 +5,8 @@ import json
 import sys
 
 import sunset
-from sunset.cli._options import add_count_option, add_flag, add_json_option, add_path
-from sunset.cli._parser import Parser
+from sunset.cli.options import add_count_option, add_flag, add_json_option, add_path
+from sunset.cli.parser import Parser
 from sunset.errors import InvalidInputError, OutputError
 from sunset.files.outputs import write_text
 from sunset.texts.sentences import counted

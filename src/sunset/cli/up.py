@@ -10,9 +10,9 @@ from rich.live import Live
 from rich.table import Table
 
 from sunset.api.options import run_spec_of
-from sunset.cli._options import MODEL, add_settings, run_options
-from sunset.cli._progress import rendering_progress
 from sunset.cli.node import add_network_options
+from sunset.cli.options import MODEL, add_settings, run_options
+from sunset.cli.progress import rendering_progress
 from sunset.experiments import manager_checksum, prepare_runs, warn_of_walls
 from sunset.experiments.live import LiveSystem
 from sunset.harness.operator import NodeStatus, Operator

@@ -4,8 +4,8 @@ import argparse
 import json
 
 import sunset
-from sunset.cli._options import add_flag, add_path
-from sunset.cli._progress import progress_bar
+from sunset.cli.options import add_flag, add_path
+from sunset.cli.progress import progress_bar
 from sunset.errors import InvalidInputError
 
 EXIT_DIFFERS = 1

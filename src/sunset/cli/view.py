@@ -6,8 +6,8 @@ from pathlib import Path
 
 import sunset
 from sunset.api.viewing import can_show_pages
-from sunset.cli._options import add_path
-from sunset.cli._progress import stages_progress
+from sunset.cli.options import add_path
+from sunset.cli.progress import stages_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

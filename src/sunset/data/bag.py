@@ -20,7 +20,6 @@ import numpy as np
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
-from sunset.bag_files import connections_of, open_bag, reopened
 from sunset.data.bag_images import (
     COMPRESSED_IMAGE,
     IMAGE,
@@ -36,8 +35,9 @@ from sunset.data.conventions import SYNDRONE, Reading
 from sunset.data.pairing import pair
 from sunset.data.pixels import dimensions, no_labels, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
+from sunset.files.bags import connections_of, open_bag, reopened
+from sunset.files.image_digests import Pixels, remember_digest
 from sunset.files.outputs import flush, unwritable
-from sunset.image_digests import Pixels, remember_digest
 from sunset_ros.interfaces import message_definition, type_hash
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_town import Frame

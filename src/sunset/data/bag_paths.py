@@ -7,10 +7,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from sunset.bag_files import files_of_recording
-from sunset.errors import DataError, OutputError
+from sunset.errors import DataError, OutputError, shortage
+from sunset.files.bags import files_of_recording
 from sunset.files.inputs import open_regular
-from sunset.shortage import shortage
 
 REMEDY: Final = "record, copy or import it again"
 _WITHOUT_METADATA: Final = "remove its metadata.yaml: without one, it is read by what its files say"

@@ -24,7 +24,7 @@ from sunset.data.pixels import (
     resample,
 )
 from sunset.errors import DataError
-from sunset.image_digests import Pixels
+from sunset.files.image_digests import Pixels
 from sunset_town import FRAME_SIZE, Frame
 
 TOWNS: Final = ("01", "02", "03", "04", "05", "06", "07", "10HD")

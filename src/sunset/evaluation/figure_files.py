@@ -10,8 +10,8 @@ from sunset.errors import MissingExtraError
 from sunset.evaluation.report_figures import report_figures
 from sunset.evaluation.results import RunRow, load_results
 from sunset.evaluation.scores import ScoreTable, score_tables
-from sunset.extras.figures import NEEDS_MATPLOTLIB, can_draw
 from sunset.files.outputs import draft_of_folder
+from sunset.files.plots import NEEDS_MATPLOTLIB, can_draw
 from sunset.processes.workers import Progress
 from sunset.texts.sentences import counted
 from sunset_ros.texts import printable

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from sunset.evaluation.system_styles import INK, PAPER
-from sunset.extras.figures import drawing, save_figure
+from sunset.files.plots import drawing, save_figure
 from sunset.texts.sentences import csv_text
 from sunset_ros.texts import printable
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from sunset.errors import InvalidInputError
 from sunset.evaluation.figure_frame import COLUMN_IN, PAGE_IN, SETTINGS
-from sunset.extras.figures import BLUE, GREY, ORANGE, check_figure, drawing, save_figure
+from sunset.files.plots import BLUE, GREY, ORANGE, check_figure, drawing, save_figure
 from sunset.metrics import ExecutedAdaptation, Samples, Timeline
 from sunset.system import WINDOW, MovingMean, full_name
 from sunset.texts.names import base_name

@@ -9,7 +9,7 @@ from sunset.errors import InvalidInputError
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.intervals import Cluster
 from sunset.evaluation.results import FIGURES, RunRow
-from sunset.extras.dataframes import data_frame
+from sunset.files.dataframes import data_frame
 from sunset.texts.sentences import counted
 from sunset.texts.tables import aligned
 from sunset_ros.texts import suggestion

@@ -22,7 +22,7 @@ from sunset.evaluation.figure_runs import Fault, Setup, outcomes_of, scores_of, 
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import LEAST_GAIN, ScoreTable
 from sunset.evaluation.system_styles import PAPER, Style
-from sunset.extras.figures import BLUE, can_draw
+from sunset.files.plots import BLUE, can_draw
 from sunset.metrics import FATES
 from sunset.recording import SCORE_REFERENCES
 from sunset.texts.sentences import listed

@@ -14,15 +14,9 @@ from sunset.errors import RecordError
 from sunset.evaluation.intervals import Cluster
 from sunset.metrics import Evidence, FaultOutcome, RunMetrics, score
 from sunset.processes.workers import Progress
-from sunset.recording import (
-    PLAN_FILE,
-    RUN_FILE,
-    differences,
-    read_run,
-    read_timeline,
-    stored_figures,
-)
+from sunset.recording import differences, read_run, read_timeline, stored_figures
 from sunset.system import DURATION_S, REPAIR
+from sunset.texts.names import PLAN_FILE, RUN_FILE
 
 FIGURES: Final = RunMetrics.names()
 """The names of a run's figures, as of `RunMetrics`."""

@@ -14,9 +14,9 @@ from msgspec.inspect import FloatType, IntType, UnionType, type_info
 from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.results import FIGURES, RunRow
 from sunset.evaluation.system_styles import SHIPPED
+from sunset.files.schemas import fields_of
 from sunset.metrics import FATES, FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES
-from sunset.schemas import fields_of
 from sunset.system import REPAIR
 
 _REFERENCE_FIGURES: Final = ("iou", "iou_all", "miou", "frames_without_truth")

@@ -6,7 +6,7 @@ from itertools import product
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
 
-from sunset.extras.figures import BLUE, ORANGE
+from sunset.files.plots import BLUE, ORANGE
 
 INK: Final = "#1b1b1b"
 PAPER: Final = "#ffffff"

@@ -30,10 +30,11 @@ from sunset.experiments.shards import Shard, locked_campaign
 from sunset.experiments.spec import RunSpec
 from sunset.experiments.worker import facts_of
 from sunset.files.outputs import write_text
+from sunset.files.schemas import document_text
 from sunset.managing import is_registered, split_label
 from sunset.processes.workers import Progress, Stages, check_jobs, processors, worker_pool
-from sunset.recording import PLAN_FILE, RUN_FILE, CampaignPlan, read_plan, read_run
-from sunset.schemas import document_text
+from sunset.recording import CampaignPlan, read_plan, read_run
+from sunset.texts.names import PLAN_FILE, RUN_FILE
 from sunset.texts.sentences import counted, listed
 
 _log: Final = logging.getLogger(__name__)

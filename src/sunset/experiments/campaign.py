@@ -16,12 +16,12 @@ from sunset.experiments.run import versions
 from sunset.experiments.settings import STORED, Settings
 from sunset.experiments.spec import RunSpec
 from sunset.files.outputs import folder_name
+from sunset.files.schemas import check_fields
 from sunset.flights import parse_flights
 from sunset.managing import EXTERNAL, split_label
 from sunset.perception import load_model
 from sunset.recording import PLAN_VERSION, SCORE_REFERENCES, TABLE_REFERENCES, CampaignPlan, StoredFlight
 from sunset.scenarios import Scenario, load_suite, split_hash, suite
-from sunset.schemas import check_fields
 from sunset.system import REPAIR, loaded_extensions
 from sunset.texts.names import base_name
 from sunset_ros.seeding import check_seed

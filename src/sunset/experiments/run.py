@@ -12,7 +12,6 @@ import onnxruntime
 from msgspec import UNSET, UnsetType
 from msgspec.structs import replace
 
-from sunset.confinement import WALLS, missing_walls
 from sunset.errors import ExtensionError, ManagerError, MiddlewareError
 from sunset.experiments.manager import check_name, checksum_and_versions, isolate, manager_checksum
 from sunset.experiments.observer import Observer, shown_topics
@@ -27,6 +26,7 @@ from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import Evidence, RunMetrics, Timeline, score
 from sunset.processes.calls import Watch
+from sunset.processes.confinement import WALLS, missing_walls
 from sunset.processes.workers import Stages
 from sunset.recording import (
     RecordedMessage,

@@ -10,11 +10,11 @@ from typing import Annotated, Any, Final, TypedDict
 from msgspec import Meta
 
 from sunset.errors import InvalidInputError
+from sunset.files.schemas import check_fields
 from sunset.flights import FlightSpec
 from sunset.perception import DEVICES
 from sunset.processes.workers import Stages
 from sunset.scenarios import Scenario
-from sunset.schemas import check_fields
 from sunset.system import DURATION_S, PERIOD_S, REPAIR, TASKS, is_topic_name
 from sunset_ros.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset_ros.seeding import generator

@@ -9,7 +9,7 @@ from typing import Final, TypeVar
 
 from sunset.errors import InvalidInputError, OutputError
 from sunset.files.outputs import make_folder
-from sunset.recording import PLAN_FILE
+from sunset.texts.names import PLAN_FILE
 from sunset.texts.sentences import counted
 from sunset_ros.texts import shown
 

@@ -5,11 +5,11 @@ from typing import Final
 
 from sunset.errors import InvalidInputError, ScenarioError
 from sunset.experiments.settings import RunTiming, Settings
+from sunset.files.schemas import check_fields
 from sunset.flights import FlightSpec
 from sunset.managing import EXTERNAL, split_label
 from sunset.recording import RunRecord, StoredFault
 from sunset.scenarios import After, Profile, Scenario, ScenarioFault, problems, suite_of
-from sunset.schemas import check_fields
 from sunset.system import LoadedExtension, load_extension, loaded_extensions
 from sunset_ros.rmw.backends import LIVE
 from sunset_ros.seeding import check_seed

@@ -14,7 +14,6 @@ from typing import Final
 from msgspec import to_builtins
 from msgspec.structs import replace
 
-from sunset.confinement import View
 from sunset.data import cache_folder
 from sunset.errors import InvalidInputError, ManagerError, OutputError, ScenarioError
 from sunset.files.sources import modules_beside
@@ -37,12 +36,13 @@ from sunset.managing import (
 from sunset.managing.command import Command
 from sunset.managing.sources import manager_code, manager_data
 from sunset.processes.calls import Patience
+from sunset.processes.confinement import View
 from sunset.processes.process import Process, ProcessDeath, copy_process, killed_error
 from sunset.processes.server import ForkServer, shared_server
-from sunset.recording import PLAN_FILE, RUN_FILE
 from sunset.scenarios import load_scenario
 from sunset.scenarios.split_files import is_scenario_file
 from sunset.system import loaded_extensions
+from sunset.texts.names import PLAN_FILE, RUN_FILE
 from sunset.texts.sentences import line_text
 from sunset_ros import Context
 from sunset_ros.rmw.remote import EndError, Gateway, Pipe, PipeError, RaisedError, SilenceError
@@ -300,7 +300,7 @@ def _command(manager: str) -> Command | None:
 
 def start_server() -> ForkServer:
     """Return the server that managing systems are forked from, and start it unless it runs."""
-    return shared_server(ENTRY, "sunset.confinement:prepare")
+    return shared_server(ENTRY, "sunset.processes.confinement:prepare")
 
 
 def _place(manager: str, death: ProcessDeath) -> str:

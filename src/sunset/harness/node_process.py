@@ -12,10 +12,9 @@ from typing import Any, Final
 
 import msgspec
 
-from sunset.errors import InvalidInputError, ManagerError, SunsetError
+from sunset.errors import InvalidInputError, ManagerError, SunsetError, complaint
 from sunset.harness.deployment import deployed_parameters
 from sunset.processes.server import ForkServer, shared_server
-from sunset.shortage import complaint
 from sunset.system import (
     HARNESS,
     MANAGING_SYSTEM,

@@ -21,8 +21,8 @@ import onnxruntime
 
 from sunset.errors import DataError, OutputError
 from sunset.files.compression import zstd
+from sunset.files.image_digests import image_digest
 from sunset.files.inputs import check_regular
-from sunset.image_digests import image_digest
 from sunset.perception.card import Modality
 
 _APPLICATION_ID: Final = 0x53554E53

@@ -13,7 +13,7 @@ from msgspec import Meta
 
 from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError, ModelError
-from sunset.schemas import convert, read_json
+from sunset.files.schemas import convert, read_json
 
 CARD_NAME: Final = "card.json"
 CARD_FORMAT: Final = 1

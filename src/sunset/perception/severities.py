@@ -8,8 +8,8 @@ from typing import Final
 import msgspec
 
 from sunset.errors import ModelError
+from sunset.files.schemas import convert, read_json
 from sunset.perception.card import ModelCard, Strengths
-from sunset.schemas import convert, read_json
 
 SEVERITIES_NAME: Final = "severities.json"
 """The file in a model's folder."""

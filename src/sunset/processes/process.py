@@ -15,8 +15,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Final, Self
 
-from sunset.confinement.walls import MEMORY, limit_memory
 from sunset.errors import SunsetError
+from sunset.processes.confinement.walls import MEMORY, limit_memory
 from sunset.processes.forking import fork
 from sunset.processes.keeper import (
     NOT_STARTED,

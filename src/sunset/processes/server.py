@@ -24,7 +24,7 @@ from sunset.processes.keeper import Files, keep, receive_document, send_document
 from sunset.processes.process import Process, open_process, server_error, show
 
 if TYPE_CHECKING:
-    from sunset.confinement import View
+    from sunset.processes.confinement import View
 
 _PROGRAM: Final = """
 import sys
@@ -187,7 +187,7 @@ def _prepare(connection: socket.socket) -> object:
 
 
 def _confine(folder: Path, fields: Mapping[str, list[str]]) -> None:
-    from sunset.confinement import View, put_up  # noqa: PLC0415  only confined processes need it
+    from sunset.processes.confinement import View, put_up  # noqa: PLC0415  only confined processes need it
 
     view = View.from_json(fields)
     os.chdir(folder)

@@ -11,9 +11,7 @@ from sunset.recording.images import IMAGES_FILE, StoredImage, image_digests, rea
 from sunset.recording.logs import LogLine, log_of
 from sunset.recording.reader import check_extensions, read_messages, read_timeline
 from sunset.recording.schema import (
-    PLAN_FILE,
     PLAN_VERSION,
-    RUN_FILE,
     SCORE_REFERENCES,
     TABLE_REFERENCES,
     CampaignPlan,
@@ -33,9 +31,7 @@ from sunset.recording.writer import RecordWriter
 __all__ = [
     "BAG_FILES",
     "IMAGES_FILE",
-    "PLAN_FILE",
     "PLAN_VERSION",
-    "RUN_FILE",
     "SCORE_REFERENCES",
     "TABLE_REFERENCES",
     "CampaignPlan",

@@ -17,10 +17,9 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-from sunset.bag_files import open_bag
-from sunset.errors import RecordError
+from sunset.errors import RecordError, shortage
+from sunset.files.bags import open_bag
 from sunset.recording.values import Payload
-from sunset.shortage import shortage
 from sunset.system_interfaces.msg import ImageDigest
 from sunset_ros.interfaces import get_message, message_definition, type_hash, type_name
 

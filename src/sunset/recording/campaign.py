@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from sunset.recording.schema import PLAN_FILE, RUN_FILE, read_plan
+from sunset.recording.schema import read_plan
+from sunset.texts.names import PLAN_FILE, RUN_FILE
 
 
 def count_runs(out: Path) -> tuple[int, int] | None:

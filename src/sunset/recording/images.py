@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from sunset.classes import CLASS_OF_CARLA_ID, PALETTE
 from sunset.errors import RecordError
-from sunset.image_digests import digest_of, image_digest
+from sunset.files.image_digests import digest_of, image_digest
 from sunset.recording._bag import BagWriter, read_bag
 from sunset.recording.values import Payload, RecordedMessage
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC

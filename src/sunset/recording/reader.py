@@ -7,10 +7,11 @@ from pathlib import Path
 from sunset.errors import RecordError
 from sunset.metrics import Timeline
 from sunset.recording._bag import read_bag
-from sunset.recording.schema import RUN_FILE, RunRecord, read_run
+from sunset.recording.schema import RunRecord, read_run
 from sunset.recording.timelines import measured_topics, timeline_of
 from sunset.recording.values import RecordedMessage, digest_of
 from sunset.system import loaded_extensions
+from sunset.texts.names import RUN_FILE
 
 
 def read_messages(folder: Path, topics: Collection[str] | None = None) -> tuple[RecordedMessage, ...]:

@@ -14,20 +14,17 @@ import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
 from sunset.errors import RecordError
+from sunset.files.schemas import convert, fields_of, read_json
 from sunset.metrics import Evidence, FaultOutcome, RunMetrics
 from sunset.metrics.limits import MOST, Amount, Count, Positive, Share
-from sunset.schemas import convert, fields_of, read_json
 from sunset.system import REPAIR, TASKS
+from sunset.texts.names import PLAN_FILE, RUN_FILE
 
 RECORD_VERSION: Final = 1
 """The version of the layout of records."""
 PLAN_VERSION: Final = 1
 """The version of the layout of campaigns' folders."""
 
-RUN_FILE: Final = "run.json"
-"""The file of a run's folder that appears when the run is complete."""
-PLAN_FILE: Final = "bench.json"
-"""The file of a campaign's folder with its plan."""
 
 TABLE_REFERENCES: Final = (("nofault", "none"), ("degraded", "none"))
 """The suites and managing systems of the first two rows of the paper's table."""

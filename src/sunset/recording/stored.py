@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Final
 
 from sunset.errors import RecordError
-from sunset.extras.dataframes import data_frame
+from sunset.files.dataframes import data_frame
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Timeline
 from sunset.metrics.score import score
 from sunset.recording.causes import Cause, causes_of

@@ -9,7 +9,7 @@ import yaml
 from msgspec import Meta
 
 from sunset.errors import MALFORMED_YAML, ScenarioError
-from sunset.schemas import check_fields
+from sunset.files.schemas import check_fields
 from sunset.system import PERIOD_S, Adaptation, Fault, Value, get_fault
 from sunset_ros.texts import shown, suggestion
 

@@ -8,10 +8,10 @@ import yaml
 from msgspec import Meta
 
 from sunset.errors import ScenarioError
+from sunset.files.schemas import check_fields
 from sunset.flights import FlightSpec
 from sunset.scenarios.courses import problems
 from sunset.scenarios.fault import LONGEST_S, ScenarioFault, to_floats
-from sunset.schemas import check_fields
 from sunset.system import DURATION_S
 from sunset.texts.sentences import listed
 from sunset_ros.texts import shown

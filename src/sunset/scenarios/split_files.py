@@ -10,8 +10,8 @@ import msgspec
 from sunset.errors import InvalidInputError, ScenarioError
 from sunset.files.inputs import read_bytes
 from sunset.files.outputs import draft_of_folder
+from sunset.files.schemas import convert, document_text, read_json
 from sunset.scenarios.splits import RULE, SplitSpec, draw_split
-from sunset.schemas import convert, document_text, read_json
 from sunset.system import loaded_extensions
 
 SPLIT_FILE: Final = "split.json"

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Annotated, Final, TypeVar
 from msgspec import Meta
 
 from sunset.errors import InvalidInputError
+from sunset.files.schemas import check_fields
 from sunset.flights import TIMES, FlightSpec
 from sunset.scenarios.fault import INTERMITTENT, RAMP, STEP, After, Profile, ScenarioFault
 from sunset.scenarios.schema import Scenario
-from sunset.schemas import check_fields
 from sunset.system import current_system, excluding_pairs, get_fault, unlisted_names
 from sunset_ros.seeding import check_seed, generator
 from sunset_ros.texts import shown, suggestion

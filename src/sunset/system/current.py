@@ -23,6 +23,9 @@ from sunset.system.paper import PAPER
 from sunset.system.system import System
 from sunset_ros.texts import suggestion
 
+_UNLISTED: Final = "sunset.nodes.wild"
+"""The package of the faults that no catalogue lists; managing systems cannot read it."""
+
 
 @dataclass(eq=False)
 class _Use:
@@ -112,7 +115,7 @@ def using_system(system: System, extensions: Mapping[LoadedExtension, Extension]
 def unlisted() -> Extension:
     """Return the faults that no catalogue lists, and their suite; nothing in a process that walls keep from them."""
     try:
-        part: Extension = import_module("sunset.wild.causes").UNLISTED
+        part: Extension = import_module(f"{_UNLISTED}.causes").UNLISTED
     except OSError:
         return Extension()
     return part
@@ -120,7 +123,7 @@ def unlisted() -> Extension:
 
 def unlisted_names(*, sealed: bool) -> tuple[str, ...]:
     """Return the names of the faults that no catalogue lists; those without a suite only if `sealed`."""
-    kept: tuple[str, ...] = import_module("sunset.wild.causes").SEALED
+    kept: tuple[str, ...] = import_module(f"{_UNLISTED}.causes").SEALED
     return tuple(fault.name for fault in unlisted().faults if sealed or fault.name not in kept)
 
 
@@ -137,7 +140,7 @@ def system_with(faults: Iterable[str]) -> Iterator[None]:
     if all(name in use.system.faults for name in faults):
         yield
         return
-    part = replace(unlisted(), node_classes=import_module("sunset.wild.nodes").NODE_CLASSES)
+    part = replace(unlisted(), node_classes=import_module(f"{_UNLISTED}.nodes").NODE_CLASSES)
     for loaded, extension in use.extensions.items():
         if taken := sorted(part.node_classes.keys() & extension.node_classes):
             raise ExtensionError(

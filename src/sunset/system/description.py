@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 from msgspec import Meta
 
 from sunset.errors import ExtensionError, ScenarioError
-from sunset.schemas import check_fields, fields_of
+from sunset.files.schemas import check_fields, fields_of
 from sunset.system.names import TOPIC_PATTERN
 from sunset.texts.names import ros_text
 

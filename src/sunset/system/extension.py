@@ -10,7 +10,7 @@ import yaml
 from msgspec import Meta
 
 from sunset.errors import MALFORMED_YAML, ExtensionError
-from sunset.schemas import convert, fields_of
+from sunset.files.schemas import convert, fields_of
 from sunset.system.description import (
     Adaptation,
     Failure,

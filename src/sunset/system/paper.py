@@ -208,7 +208,9 @@ _FAULTS: Final = (
         cures=((USE_CAMERA,),),
         injection=(_ACTIVATE_ENHANCEMENT, _USE_ENHANCED),
         effect=Effect(
-            degrade="sunset.faults:enhance_image", strengths=_IMAGE_DEGRADATIONS, suite="image_degradation"
+            degrade="sunset.faults:enhance_image",
+            strengths=_IMAGE_DEGRADATIONS,
+            suite="image_degradation",
         ),
         description="The image enhancement is applied to images that are good without it.",
     ),

@@ -1,4 +1,11 @@
-"""Names of nodes on the ROS graph, and values as ROS and YAML write them."""
+"""Names of nodes on the ROS graph and of the files of records, and values as ROS and YAML write them."""
+
+from typing import Final
+
+RUN_FILE: Final = "run.json"
+"""The file of a run's folder that appears when the run is complete."""
+PLAN_FILE: Final = "bench.json"
+"""The file of a campaign's folder with its plan."""
 
 
 def base_name(name: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from sunset.calibration import SHARPNESS, effects, signal_of
 from sunset.errors import MissingExtraError
-from sunset.extras.figures import BLUE, GREY, ORANGE, drawing, save_figure
+from sunset.files.plots import BLUE, GREY, ORANGE, drawing, save_figure
 from sunset_lab.curves import BAND, Case, Curves, Figures
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ import sys
 from typing import Final, cast
 
 import sunset
-from sunset.cli._options import add_count_option, add_path, add_settings
-from sunset.cli._progress import stages_progress
+from sunset.cli.options import add_count_option, add_path, add_settings
+from sunset.cli.progress import stages_progress
 from sunset_lab.models import missing_networks
 
 _POOR: Final = 0.1

@@ -6,13 +6,13 @@ import sys
 from functools import partial
 
 import sunset
-from sunset.cli._options import add_count_option, add_json_option, add_path, add_settings
-from sunset.cli._parser import at_least_one
-from sunset.cli._progress import rendering_stages, stages_progress
+from sunset.cli.options import add_count_option, add_json_option, add_path, add_settings
+from sunset.cli.parser import at_least_one
+from sunset.cli.progress import rendering_stages, stages_progress
 from sunset.errors import MissingExtraError
 from sunset.files.outputs import make_folder, write_text
+from sunset.files.schemas import document_text
 from sunset.perception.severities import SEVERITIES_NAME
-from sunset.schemas import document_text
 from sunset_lab.curves_text import as_csv, as_json, as_text, severity_table
 from sunset_lab.plots import draw
 

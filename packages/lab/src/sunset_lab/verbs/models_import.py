@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 import sunset
-from sunset.cli._options import add_path
-from sunset.cli._progress import stages_progress
+from sunset.cli.options import add_path
+from sunset.cli.progress import stages_progress
 from sunset_lab.models import MAX_SIDE, missing_networks
 
 

@@ -7,8 +7,8 @@ from time import monotonic
 from typing import Any
 
 import sunset
-from sunset.cli._options import add_count_option, add_flag, add_path, add_settings
-from sunset.cli._progress import stages_progress
+from sunset.cli.options import add_count_option, add_flag, add_path, add_settings
+from sunset.cli.progress import stages_progress
 from sunset_lab import CONFIGS, MODALITIES
 from sunset_lab.models import missing_networks
 

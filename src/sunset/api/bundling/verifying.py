@@ -1,0 +1,173 @@
+"""The verification of a bundle: its files, every figure, and second runs."""
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import nullcontext
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from sunset.api.bundling.archive import differing_files, extract_archive
+from sunset.api.bundling.checks import Findings, check_campaign
+from sunset.api.bundling.crate import description_of
+from sunset.api.bundling.layout import CAMPAIGN, CHECKSUMS_FILE, REPORT_FILE, OpenedBundle
+from sunset.api.bundling.rerunning import Rerun, choose_runs, rerun_run
+from sunset.api.bundling.sources import differing_sources
+from sunset.errors import DataError, InvalidInputError, RecordError
+from sunset.evaluation import render_report
+from sunset.files.inputs import file_digest, read_text
+from sunset.files.sources import package_version
+from sunset.perception import load_model
+from sunset.processes.workers import Progress
+from sunset.texts.sentences import counted
+from sunset_ros.texts import printable
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verification:
+    """The result of `verify`.
+
+    Attributes:
+        checked: a line for each kind of check.
+        unchecked: a sentence for each thing that could not be checked.
+        problems: a sentence for each problem, after the file or run.
+        differences: a sentence for each result that differs, if another version of SUNSET made the bundle.
+        runs_recomputed: how many runs' figures were computed again.
+        runs_again: the folders of the runs that were repeated, chosen by `seed`.
+    """
+
+    bundle: Path
+    sha256: str
+    campaign: str
+    checked: tuple[str, ...]
+    unchecked: tuple[str, ...]
+    problems: tuple[str, ...]
+    differences: tuple[str, ...]
+    runs_recomputed: int
+    runs_again: tuple[str, ...]
+    seed: int
+
+    @property
+    def passed(self) -> bool:
+        """Whether everything that was checked is in order."""
+        return not (self.problems or self.differences)
+
+    def __str__(self) -> str:
+        """Return lines of text, the verdict last."""
+        lines = [f"{self.bundle}: {self.campaign}", f"SHA-256 {self.sha256}"]
+        lines += [f"checked      {text}" for text in self.checked]
+        lines += [f"not checked  {text}" for text in self.unchecked]
+        lines += [f"differs      {text}" for text in self.differences]
+        lines += [f"damaged      {text}" for text in self.problems]
+        if self.problems:
+            verdict = f"Not verified: {counted(len(self.problems), 'problem')}."
+        elif self.differences:
+            differing = counted(len(self.differences), "result")
+            verdict = f"Not damaged, but made by another version of SUNSET: {differing} of this one differ."
+        else:
+            verdict = "Verified." if self.runs_recomputed else "Nothing is wrong, but no figure was checked."
+        return printable("\n".join([*lines, verdict]))
+
+    def to_json(self) -> dict[str, object]:
+        """Return the result as JSON values."""
+        return asdict(self) | {"bundle": str(self.bundle), "verified": self.passed}
+
+
+def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Verification:
+    """Check a bundle: its files, its plan, its sources, every figure, and some runs by repeating them.
+
+    The bundle's managing systems and extensions are programs, and do not run unless `rerun.trust`.
+
+    Args:
+        path: the file.
+        rerun: which runs are repeated, and with what.
+        progress: called with (runs that are computed or repeated, such runs in all).
+
+    Raises:
+        RecordError: the file is not a bundle, is of another version, or cannot be opened.
+        ModelError: the model cannot be used.
+        DataError: the bag is missing.
+        OutputError: the temporary folder lacks space.
+    """
+    if rerun.model is not None:
+        load_model(rerun.model)
+    if rerun.bag is not None and not rerun.bag.exists():
+        raise DataError(f"There is no bag {rerun.bag}: name the campaign's, or leave it out.")
+    with tempfile.TemporaryDirectory(prefix="sunset-") as room:
+        root = Path(room).resolve() / "bundle"
+        root.mkdir()
+        extract_archive(path, root)
+        try:
+            opened = OpenedBundle.read(root)
+        except InvalidInputError as error:
+            sentence = str(error).replace(f"{root}/", "")
+            raise RecordError(f"The bundle {path} cannot be verified: {sentence}") from error
+        problems = [*differing_files(root), *differing_sources(opened)]
+        if problems:  # only the code that the campaign was run with is trusted
+            rerun = replace(rerun, trust=False)
+        with opened.extended() if rerun.trust else nullcontext():
+            return _verify(path, opened, rerun, problems, progress)
+
+
+def _verify(
+    path: Path, opened: OpenedBundle, rerun: Rerun, problems: list[str], progress: Progress | None
+) -> Verification:
+    """Check the campaign of a bundle; `problems` were found in its files and sources."""
+    plan = opened.plan
+    total = plan.runs + min(rerun.number, plan.runs)
+
+    def update(done: int, _: int = 0) -> None:
+        if progress is not None:
+            progress(done, total)
+
+    findings = check_campaign(opened.root / CAMPAIGN, plan, opened.card, opened.root, update)
+    if findings.of_another_version:
+        findings.unchecked.append(
+            f"SUNSET {plan.versions.get('sunset')} made the bundle, and this is {package_version()}: its code differs, "
+            "and so may results. Use that version to tell."
+        )
+    findings.results.extend(_differing_table(opened, findings))
+    chosen = choose_runs(opened, findings, rerun)
+    for done, place in enumerate(chosen, 1):
+        again = rerun_run(opened, place, findings, rerun, opened.root.with_name(f"again-{done}"))
+        findings.results.extend(f"{place.relative_to(opened.root)}: {text}" for text in again)
+        update(plan.runs + done)
+    return Verification(
+        bundle=path,
+        sha256=file_digest(path),
+        campaign=description_of(plan),
+        checked=tuple(_checked(opened, findings, rerun, len(chosen))),
+        unchecked=tuple(findings.unchecked),
+        problems=tuple(map(opened.text, (*problems, *findings.problems))),
+        differences=tuple(map(opened.text, findings.differences)),
+        runs_recomputed=findings.recomputed,
+        runs_again=tuple(place.relative_to(opened.root / CAMPAIGN).as_posix() for place in chosen),
+        seed=rerun.seed,
+    )
+
+
+def _checked(opened: OpenedBundle, findings: Findings, rerun: Rerun, again: int) -> Iterator[str]:
+    plan = opened.plan
+    files = counted(sum(file.is_file() for file in opened.root.rglob("*")), "file")
+    yield f"files: {files} against {CHECKSUMS_FILE}"
+    yield f"plan: {counted(plan.runs, 'run')}, what each is, and that there is no other"
+    managers, extensions = len(plan.managers), len(plan.extensions)
+    yield f"sources: {counted(managers, 'managing system')}, {counted(extensions, 'extension')}"
+    if findings.recomputed:
+        yield f"figures: {counted(findings.recomputed, 'run')}, computed from the messages, and the table"
+    if again:
+        yield f"again: {counted(again, 'run')}, chosen by --seed {rerun.seed}, compared by digest and figures"
+
+
+def _differing_table(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
+    """Yield a sentence if the table in the bundle differs from the table of its runs."""
+    try:
+        is_same = read_text(opened.root / REPORT_FILE) == render_report(opened.root / CAMPAIGN)
+    except (OSError, UnicodeDecodeError, RecordError) as error:
+        yield f"{REPORT_FILE}: it could not be compared: {error}"
+    else:
+        if not is_same and findings.has_extensions:
+            yield f"{REPORT_FILE}: it differs from the table of the runs' figures."
+        elif not is_same:
+            findings.unchecked.append(
+                f"The table in {REPORT_FILE} was not compared, since that needs the campaign's extensions, too."
+            )

@@ -132,7 +132,7 @@ def test_it_reads_of_no_fault_that_the_catalogue_leaves_out(confinement: ForkSer
     assert confined(confinement, "grepping", view, folder=str(package), words=["gpu_failure"])["got"]
     assert unconfined("asking", words=words)
     assert confined(confinement, "asking", words=[*words, "gpu_failure"])["got"] == ["gpu_failure"]
-    for module in ("sunset.nodes.wild.causes", "sunset.nodes.wild.nodes"):
+    for module in ("sunset.wild.causes", "sunset.wild.nodes"):
         assert unconfined("importing", module=module, attribute="__doc__")
         assert not confined(confinement, "importing", module=module, attribute="__doc__")["got"]
 

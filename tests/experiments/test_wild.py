@@ -9,10 +9,10 @@ from tests.experiments.test_cure_matrix import ADAPTATIONS, ADAPTERS, fly, settl
 from sunset.errors import ExtensionError
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.nodes import AdaptiveNode
-from sunset.nodes.wild.nodes import NODE_CLASSES
 from sunset.recording import StoredRun, read_messages
 from sunset.scenarios import Scenario, ScenarioFault, load_scenario
 from sunset.system import Adaptation, Fault, FaultKind, current_system, extended_system, unlisted
+from sunset.wild.nodes import NODE_CLASSES
 from sunset_ros import Context
 from sunset_ros.rmw.sim import Simulation
 

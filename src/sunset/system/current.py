@@ -23,7 +23,7 @@ from sunset.system.paper import PAPER
 from sunset.system.system import System
 from sunset_ros.texts import suggestion
 
-_UNLISTED: Final = "sunset.nodes.wild"
+_UNLISTED: Final = "sunset.wild"
 """The package of the faults that no catalogue lists; managing systems cannot read it."""
 
 

@@ -36,7 +36,7 @@ _OPEN_FILES: Final = 256
 _TASKS: Final = 256
 """Processes and threads that there may be besides the present ones."""
 
-_HIDDEN: Final = (PACKAGES["sunset"] / "nodes" / "wild").resolve()
+_HIDDEN: Final = (PACKAGES["sunset"] / "wild").resolve()
 """Faults that no catalogue lists, which no confined process can read."""
 _SYSTEM: Final = (
     *("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64"),

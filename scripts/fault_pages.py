@@ -8,13 +8,12 @@ from sunset.system import Fault, current_system
 _HEAD: Final = """\
 # The faults
 
-Eleven faults lead to five failures. A managing system sees the failure, and has to find out which of several faults
-caused it. This page shows each fault and its cures. `scripts/draw_pictures` drew the pictures and wrote this page;
-`sunset faults show NAME --figure FILE` draws a single picture.
+Eleven faults lead to five failures. This page shows each fault and its cures. `scripts/draw_pictures` drew the pictures
+and wrote this page; `sunset faults show NAME --figure FILE` draws a single picture.
 
 In a picture of frames, the upper row shows the network's input and the lower row its output. *IoU* measures how correct
 the output is, *entropy* how unsure the network is. In a picture over time, each line is a message and each bar a
-silence. Orange lines are the edges of the depth image; where both images match, they lie on the edges of objects.
+silence. Orange lines are the edges of the depth image.
 """
 
 

@@ -264,26 +264,6 @@ def copy(folder: Path, name: str) -> Path:
     return Path(shutil.copytree(folder, folder.parent / name))
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [{"seed": 2}, {"scenario": "paper/another"}, {"valid": False}, {"metrics": {"t_down_s": 0.0}}],
-    ids=lambda changes: next(iter(changes)),
-)
-@pytest.mark.parametrize("name", ["a", "z"])
-def test_a_copy_that_was_edited_neither_counts_nor_wins(
-    store: Store, edit: Edit, changes: dict[str, Any], name: str
-) -> None:
-    folder = store("run")
-    (row,) = load_results(folder)
-    (key,) = changes
-    edit(copy(folder, name), **{key: dict(row.metrics) | changes[key] if key == "metrics" else changes[key]})
-    words = (
-        rf"have the same messages and must be the same run, but differ in their {key}: .*; remove that one\."
-    )
-    with pytest.raises(RecordError, match=words):
-        load_results(folder.parent)
-
-
 def test_runs_whose_managing_system_failed_have_no_messages_and_are_no_copies(
     store: Store, edit: Edit, tmp_path: Path
 ) -> None:

@@ -2,10 +2,9 @@
 
 from sunset.evaluation.agreement import Agreement, LeftOut, Pair, agrees, compare
 from sunset.evaluation.agreement_report import AGREEMENT_FORMATS, format_agreement
-from sunset.evaluation.estimates import Estimate, estimate
 from sunset.evaluation.figure_files import WrittenFigures, write_figures
 from sunset.evaluation.figures import entropy_figure, outage_figure
-from sunset.evaluation.intervals import Cluster
+from sunset.evaluation.intervals import Cluster, Estimate, estimate
 from sunset.evaluation.paired import Difference, PairedComparison, compare_managers
 from sunset.evaluation.report import (
     FORMATS,

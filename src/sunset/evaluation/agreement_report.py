@@ -7,7 +7,7 @@ from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, LeftOut, Pair, agrees
-from sunset.evaluation.estimates import NO_INTERVAL
+from sunset.evaluation.intervals import NO_INTERVAL
 from sunset.evaluation.paired import Difference
 from sunset.evaluation.text import wrapped
 from sunset.texts.sentences import counted, csv_text

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from sunset.evaluation.estimates import Estimate
+from sunset.evaluation.intervals import Estimate
 
 PAPER_LABEL: Final = "tab:sunset"
 """The label of the paper's table."""

@@ -1,12 +1,44 @@
-"""Differences between managing systems in their common runs: size, p, and the runs needed to detect them."""
+"""Differences between managing systems in their common runs: size, p, power, and the runs needed to detect them."""
 
+import math
+from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Final, TypeAlias
 
-from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
-from sunset.evaluation.intervals import Cluster
-from sunset.evaluation.power import detectable, repetitions_needed
+from sunset.evaluation.intervals import (
+    LEAST_LEVELS,
+    Cluster,
+    Design,
+    Estimate,
+    Spread,
+    estimate,
+    estimate_ratio,
+    quantile,
+    within,
+)
+
+DIFFERENCE: Final = 0.02
+"""The difference in utility that reports and plans use."""
+
+POWER: Final = 0.8
+"""The power that reports and plans use."""
+
+MOST_REPETITIONS: Final = 1000
+
+VARIANCES: Final = {
+    pair: Spread(
+        {factors: deviation**2 for factors, deviation in deviations.items()},
+        Design(alike=11, flights=4, repetitions=3),
+    )
+    for pair, deviations in {
+        "reactive − baseline": {(0,): 0.0765, (1,): 0.0120, (0, 1): 0.0113, (0, 1, 2): 0.0149},
+        "oracle − baseline": {(0,): 0.0698, (1,): 0.0236, (2,): 0.0014, (0, 1, 2): 0.0147},
+        "oracle − reactive": {(0,): 0.0244, (1,): 0.0118, (2,): 0.0036, (0, 1, 2): 0.0216},
+    }.items()
+}
+"""Two managing systems → the variances of their difference in utility, as `scripts/measure_variances` printed them from
+the runs of the test split in docs/results.md, on the held-out flights."""
 
 DIFFERENCE_METHOD: Final = (
     "Differences are of pairs: runs with the same scenario, flight and seed; in score, of the pairs that count for it. "
@@ -130,9 +162,7 @@ def _difference(
         pairs=len(leads),
         score=estimate_ratio(
             [leads[key] for key in scored], [gains[key] for key in scored], [clusters[key] for key in scored]
-        )
-        if scored
-        else None,
+        ),
         utility=utility,
         pairs_won=pairs_won(list(leads.values())) if leads else None,
         p_holm=None,
@@ -141,3 +171,42 @@ def _difference(
         if spread and repetitions
         else None,
     )
+
+
+def power(spread: Spread, difference: float = DIFFERENCE) -> float:
+    """Return the probability that the 95 % interval of a difference excludes 0.
+
+    Args:
+        spread: the variances of the difference.
+        difference: the true difference, above 0.
+
+    Source: as of `detectable`.
+    """
+    if not spread.error:
+        return 1.0
+    t = difference / spread.error - quantile(0.95, spread.degrees)
+    return (1 + math.copysign(within(abs(t), spread.degrees), t)) / 2
+
+
+def detectable(spread: Spread) -> float:
+    """Return the difference that campaigns detect with the probability `POWER`.
+
+    Source: Bloom, Minimum detectable effects, Evaluation Review 19 (1995).
+    """
+    return (quantile(0.95, spread.degrees) + quantile(2 * POWER - 1, spread.degrees)) * spread.error
+
+
+def repetitions_needed(spread: Spread) -> int | None:
+    """Return the repetitions that detect `DIFFERENCE` with the probability `POWER`; None if 1000 do not."""
+
+    def chance(repetitions: int) -> float:
+        return power(replace(spread, sizes=spread.sizes._replace(repetitions=repetitions)))
+
+    needed = LEAST_LEVELS + bisect_left(range(LEAST_LEVELS, MOST_REPETITIONS + 1), POWER, key=chance)
+    return needed if needed <= MOST_REPETITIONS else None
+
+
+def reaches(spread: Spread, design: Design) -> bool:
+    """Return whether variances hold for a campaign of another size: few levels do not show the variance of more."""
+    sizes = zip(spread.sizes[:-1], design[:-1], strict=True)
+    return all(size >= LEAST_LEVELS or wanted < LEAST_LEVELS for size, wanted in sizes)

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from sunset.evaluation.estimates import Estimate
+from sunset.evaluation.intervals import Estimate
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import ScoreTable, Systems, score_rows
 from sunset.evaluation.summary import manager_names, part_label

@@ -16,7 +16,7 @@ from sunset.evaluation.blocks import (
     Report,
     deviation_cell,
 )
-from sunset.evaluation.estimates import DEVIATIONS, INTERVALS
+from sunset.evaluation.intervals import DEVIATIONS, INTERVALS
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import ScoreTable
@@ -120,19 +120,19 @@ def _block(title: str, label: str, rows: Sequence[SystemRow], names: Sequence[st
 
 def _cell(row: SystemRow, name: str) -> Cell:
     if name == "unresolved":
-        return _share(row.unresolved, row.episodes, row.unresolved_rate)
+        return _share(row.total("episodes_unresolved"), row.total("episodes"), row.unresolved_rate)
     if name == "cured":
         return _share(row.cured, len(row.outcomes), row.cured_rate)
     return deviation_cell(row.estimates[name])
 
 
-def _share(part: int, whole: int, rate: float | None) -> str | None:
-    return None if rate is None else f"{part}/{whole} ({rate:.0%})"
+def _share(part: float, whole: float, rate: float | None) -> str | None:
+    return None if rate is None else f"{part:.0f}/{whole:.0f} ({rate:.0%})"
 
 
 def _diagnosis_block(rows: Sequence[SystemRow]) -> Block:
     """Return the table of diagnoses, with `none` for comparison; empty if no run published a diagnosis."""
-    diagnosing = [row for row in rows if _total(row, "diagnoses")]
+    diagnosing = [row for row in rows if row.total("diagnoses")]
     shown = [row for row in rows if row in diagnosing or row.example.manager == "none"] if diagnosing else []
     lines = tuple(
         Line(row.system, str(row.runs), _diagnosis_cells(row)) for row in shown if not row.is_reference
@@ -141,9 +141,9 @@ def _diagnosis_block(rows: Sequence[SystemRow]) -> Block:
 
 
 def _diagnosis_cells(row: SystemRow) -> tuple[Cell, ...]:
-    injected, calm_s = _total(row, "faults_injected"), _total(row, "faultless_s")
+    injected, calm_s = row.total("faults_injected"), row.total("faultless_s")
     shares = (_level(row, count, time, injected) if injected else None for count, time in _LEVELS)
-    alarms = Quantity(60 * _total(row, "false_alarms") / calm_s) if calm_s >= _LEAST_CALM_S else None
+    alarms = Quantity(60 * row.total("false_alarms") / calm_s) if calm_s >= _LEAST_CALM_S else None
     brier = row.estimates["brier"]
     return (*shares, alarms, None if brier is None else f"{brier.mean:.3f}")
 
@@ -151,13 +151,7 @@ def _diagnosis_cells(row: SystemRow) -> tuple[Cell, ...]:
 def _level(row: SystemRow, count: str, time: str, injected: float) -> str:
     """Return the number of faults that reached a level, and the mean time until then."""
     after = row.estimates.get(time)
-    return f"{_total(row, count):.0f}/{injected:.0f}" + (f", {after.mean:.2f} s" if after else "")
-
-
-def _total(row: SystemRow, name: str) -> float:
-    """Return a figure's sum over the valid runs of a row."""
-    estimate = row.estimates[name]
-    return estimate.mean * estimate.runs if estimate else 0.0
+    return f"{row.total(count):.0f}/{injected:.0f}" + (f", {after.mean:.2f} s" if after else "")
 
 
 def _provenance(rows: Sequence[SystemRow]) -> list[str]:

@@ -6,8 +6,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING
 
 from sunset.errors import InvalidInputError
-from sunset.evaluation.estimates import Estimate, estimate
-from sunset.evaluation.intervals import Cluster
+from sunset.evaluation.intervals import Cluster, Estimate, estimate
 from sunset.evaluation.results import FIGURES, RunRow
 from sunset.files.dataframes import data_frame
 from sunset.texts.sentences import counted

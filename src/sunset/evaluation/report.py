@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
-from sunset.evaluation.estimates import DEVIATIONS, INTERVALS, Estimate
 from sunset.evaluation.figure_files import figures_as_html
+from sunset.evaluation.intervals import DEVIATIONS, INTERVALS, Estimate
 from sunset.evaluation.latex import as_latex
 from sunset.evaluation.layout import arrange
 from sunset.evaluation.results import FIGURES, RunRow, load_results

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from sunset.evaluation.estimates import Estimate
 from sunset.evaluation.figure_frame import (
     GRID,
     SOFT,
@@ -19,6 +18,7 @@ from sunset.evaluation.figure_frame import (
     short_name,
 )
 from sunset.evaluation.figure_runs import Fault, Setup, outcomes_of, scores_of, setup_of
+from sunset.evaluation.intervals import Estimate
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import LEAST_GAIN, ScoreTable
 from sunset.evaluation.system_styles import PAPER, Style

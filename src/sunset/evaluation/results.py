@@ -158,7 +158,7 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
         progress: called after each run.
 
     Raises:
-        RecordError: the folder is missing or without runs, a run is damaged, or two copies of a run differ.
+        RecordError: the folder is missing or without runs, or a run is damaged.
     """
     folders = _run_folders(folder)
     rows: dict[tuple[object, ...], RunRow] = {}
@@ -173,7 +173,7 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
             raise
         setup = (row.suite, row.manager, row.sources, row.setting, row.flight, row.middleware, row.version)
         messages = (row.scenario, row.faults, row.seed) if row.is_empty else (row.digest,)
-        _check_copy(row, rows.setdefault((*setup, *messages), row))
+        rows.setdefault((*setup, *messages), row)
         if progress is not None:
             progress(done, len(folders))
     runs = list(rows.values())
@@ -205,17 +205,6 @@ def _place(file: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
     parts = file.parts
     start = len(parts) - parts[::-1].index("runs") if "runs" in parts else 0
     return parts[start:], parts
-
-
-def _check_copy(row: RunRow, known: RunRow) -> None:
-    """Refuse a copy of a run that differs from it."""
-    for name in ("scenario", "faults", "model", "seed", "valid", "metrics"):
-        values = getattr(row, name), getattr(known, name)
-        if values[0] != values[1] and None not in values:
-            raise RecordError(
-                f"The runs {known.folder} and {row.folder} have the same messages and must be the same run, but differ "
-                f"in their {name}: one of them was edited; remove that one."
-            )
 
 
 def _with_checksums(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow]:

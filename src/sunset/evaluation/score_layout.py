@@ -6,7 +6,7 @@ from typing import Final
 
 from sunset.evaluation.blocks import CURED, NEEDLESS, Block, Column, Line, Quantity, interval_cell
 from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
-from sunset.evaluation.estimates import NO_INTERVAL
+from sunset.evaluation.intervals import NO_INTERVAL
 from sunset.evaluation.scores import HARM, NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable
 from sunset.texts.sentences import counted, listed
 

@@ -8,8 +8,7 @@ from statistics import fmean
 from typing import Final, NamedTuple, TypeAlias
 
 from sunset.evaluation.differences import Experiment, Figures, ManagerDifference, differences
-from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
-from sunset.evaluation.intervals import Cluster
+from sunset.evaluation.intervals import Cluster, Estimate, estimate, estimate_ratio
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.summary import estimate_figure, named_groups, setting_label
 from sunset.metrics import utility_of
@@ -89,11 +88,10 @@ class ScoreRow:
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
         return {
-            "system": self.system,
-            "manager": self.manager,
-            "evidence": self.evidence,
-            "is_reference": self.is_reference,
-            "runs": self.runs,
+            **{
+                name: getattr(self, name)
+                for name in ("system", "manager", "evidence", "is_reference", "runs")
+            },
             "runs_invalid": self.invalid,
             "runs_missing": self.missing,
             "runs_unpaired": self.unpaired,
@@ -199,21 +197,12 @@ def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
 
 
 class _Measured(NamedTuple):
-    """Utilities by experiment.
+    """Utilities by experiment."""
 
-    Attributes:
-        healthy: the healthy IoU of `none`.
-        nothing: the utility of `none`.
-        scored: the gain of `oracle`, where it is enough for a score.
-        others: the gain of `oracle` elsewhere.
-        systems: name → utilities.
-        clusters: of the runs.
-    """
-
-    healthy: Figures
-    nothing: Figures
-    scored: Figures
-    others: Figures
+    healthy: Figures  # the healthy IoU of `none`
+    nothing: Figures  # the utility of `none`
+    scored: Figures  # the gain of `oracle`, where it is enough for a score
+    others: Figures  # the gain of `oracle` elsewhere
     systems: Mapping[str, Figures]
     clusters: Mapping[Experiment, Cluster]
 
@@ -267,38 +256,35 @@ def _measured(systems: Systems) -> _Measured:
 
 
 def _rows(systems: Systems, measured: _Measured) -> tuple[ScoreRow, ...]:
-    nothing, scored, others, clusters = measured.nothing, measured.scored, measured.others, measured.clusters
-    rows = []
-    for name, runs in systems.items():
-        known = measured.systems[name]
-        shared, harmed = ([key for key in known if key in of] for of in (scored, others))
-        valid = [run for run in runs if run.valid]
-        outcomes = [outcome for run in valid for outcome in run.outcomes]
-        rows.append(
-            ScoreRow(
-                system=name,
-                manager=runs[0].manager,
-                evidence=_evidence(runs),
-                runs=len(runs),
-                invalid=len(runs) - len(valid),
-                missing=len({*scored, *others} - {run.experiment for run in runs}),
-                score=estimate_ratio(
-                    [known[key] - nothing[key] for key in shared],
-                    [scored[key] for key in shared],
-                    [clusters[key] for key in shared],
-                )
-                if shared
-                else None,
-                harm=estimate(
-                    [nothing[key] - known[key] for key in harmed], [clusters[key] for key in harmed]
-                ),
-                unpaired=sum(run.experiment not in {*scored, *others} for run in runs),
-                estimates={figure: estimate_figure(valid, figure) for figure in FIRST_FIGURES},
-                faults=len(outcomes),
-                cured=sum(outcome.cured is not None for outcome in outcomes),
-            )
-        )
+    rows = [_row(name, runs, measured) for name, runs in systems.items()]
     return tuple(sorted(rows, key=lambda row: _rank(row, measured.systems[row.system])))
+
+
+def _row(name: str, runs: Sequence[RunRow], measured: _Measured) -> ScoreRow:
+    _, nothing, scored, others, systems, clusters = measured
+    known = systems[name]
+    shared, harmed = ([key for key in known if key in of] for of in (scored, others))
+    valid = [run for run in runs if run.valid]
+    outcomes = [outcome for run in valid for outcome in run.outcomes]
+    paired = {*scored, *others}
+    return ScoreRow(
+        system=name,
+        manager=runs[0].manager,
+        evidence=_evidence(runs),
+        runs=len(runs),
+        invalid=len(runs) - len(valid),
+        missing=len(paired - {run.experiment for run in runs}),
+        score=estimate_ratio(
+            [known[key] - nothing[key] for key in shared],
+            [scored[key] for key in shared],
+            [clusters[key] for key in shared],
+        ),
+        harm=estimate([nothing[key] - known[key] for key in harmed], [clusters[key] for key in harmed]),
+        unpaired=sum(run.experiment not in paired for run in runs),
+        estimates={figure: estimate_figure(valid, figure) for figure in FIRST_FIGURES},
+        faults=len(outcomes),
+        cured=sum(outcome.cured is not None for outcome in outcomes),
+    )
 
 
 def _evidence(runs: Sequence[RunRow]) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from math import inf
 from operator import attrgetter
 from pathlib import PurePath
@@ -11,7 +11,7 @@ from typing import Final
 
 from msgspec.inspect import FloatType, IntType, UnionType, type_info
 
-from sunset.evaluation.estimates import Estimate, estimate
+from sunset.evaluation.intervals import Estimate, estimate
 from sunset.evaluation.results import FIGURES, RunRow
 from sunset.evaluation.system_styles import SHIPPED
 from sunset.files.schemas import fields_of
@@ -29,29 +29,47 @@ _SUITE_LABELS: Final = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True)
 class SystemRow:
     """A row of the table.
 
     Attributes:
         system: its name.
-        example: a run of the row; its runs have all but scenario and seed in common.
-        all_runs: its runs, also invalid runs.
-        runs: the number of valid runs.
-        estimates: figure → estimate over the valid runs; None where it is not applicable.
-        episodes: failure episodes of all valid runs together.
-        unresolved: episodes that no adaptation ended.
-        outcomes: of the faults of all valid runs; empty for reference rows.
+        all_runs: its runs, also invalid runs; they have all but scenario and seed in common.
     """
 
     system: str
-    example: RunRow
-    all_runs: tuple[RunRow, ...]
-    runs: int
-    estimates: Mapping[str, Estimate | None]
-    episodes: int
-    unresolved: int
-    outcomes: tuple[FaultOutcome, ...]
+    all_runs: Sequence[RunRow]
+
+    @property
+    def example(self) -> RunRow:
+        """A run of the row."""
+        return self.all_runs[0]
+
+    @cached_property
+    def valid(self) -> Sequence[RunRow]:
+        """Its valid runs."""
+        return [run for run in self.all_runs if run.valid]
+
+    @property
+    def runs(self) -> int:
+        """The number of valid runs."""
+        return len(self.valid)
+
+    @cached_property
+    def estimates(self) -> Mapping[str, Estimate | None]:
+        """Figure → estimate over the valid runs; None where it is not applicable."""
+        judged = _REFERENCE_FIGURES if self.is_reference else FIGURES
+        return {name: estimate_figure(self.valid, name) if name in judged else None for name in FIGURES}
+
+    @property
+    def outcomes(self) -> Sequence[FaultOutcome]:
+        """The outcomes of the faults of all valid runs; empty for reference rows."""
+        return [outcome for run in self.valid if not self.is_reference for outcome in run.outcomes]
+
+    def total(self, figure: str) -> float:
+        """Return a figure's sum over the valid runs; 0 for reference rows."""
+        return 0 if self.is_reference else sum(run.metrics[figure] or 0 for run in self.valid)
 
     @property
     def is_reference(self) -> bool:
@@ -60,8 +78,9 @@ class SystemRow:
 
     @property
     def unresolved_rate(self) -> float | None:
-        """The share of unresolved episodes; None without episodes, and for reference rows."""
-        return self.unresolved / self.episodes if self.episodes and not self.is_reference else None
+        """The share of failure episodes that no adaptation ended; None without episodes, and for reference rows."""
+        episodes = self.total("episodes")
+        return self.total("episodes_unresolved") / episodes if episodes else None
 
     @property
     def cured(self) -> int:
@@ -90,7 +109,7 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
     several. Names also mark looped flights, unusual durations, incomplete suites and thinking time. Invalid runs count
     for no figure, and are listed.
     """
-    return [_row(name, group) for name, group in named_groups(rows)]
+    return [SystemRow(name, group) for name, group in named_groups(rows)]
 
 
 def estimate_figure(runs: Sequence[RunRow], name: str) -> Estimate | None:
@@ -194,21 +213,3 @@ def manager_names(managers: set[str]) -> dict[str, str]:
     short = {manager: PurePath(manager).name if manager in files else manager for manager in managers}
     names = list(short.values())
     return {manager: name if names.count(name) == 1 and name else manager for manager, name in short.items()}
-
-
-def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
-    valid = [run for run in group if run.valid]
-    is_reference = (group[0].suite, group[0].manager) in TABLE_REFERENCES
-    judged = _REFERENCE_FIGURES if is_reference else FIGURES
-    return SystemRow(
-        system=system,
-        example=group[0],
-        all_runs=tuple(group),
-        runs=len(valid),
-        estimates=MappingProxyType(
-            {name: estimate_figure(valid, name) if name in judged else None for name in FIGURES}
-        ),
-        episodes=sum(int(run.metrics["episodes"] or 0) for run in valid),
-        unresolved=sum(int(run.metrics["episodes_unresolved"] or 0) for run in valid),
-        outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes),
-    )

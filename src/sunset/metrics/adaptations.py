@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from sunset.metrics.downtime import TOLERANCE_S
-from sunset.metrics.timeline import Command, Injection
+from sunset.metrics.timeline import TOLERANCE_S, Command, Injection
 from sunset.system import INFRASTRUCTURE, current_system, short_name
 
 _RESTART_S = 1.0  # at most from deactivate to activate
@@ -136,33 +135,21 @@ def _adaptation(command: Command) -> ExecutedAdaptation | None:
 
 def _append(done: list[ExecutedAdaptation], new: ExecutedAdaptation) -> None:
     """Append `new`, or merge it with the deactivation that it completes into a restart."""
-    steps = _begun_restart(done, new) if new.kind == "activate" else []
-    if not steps:
-        done.append(new)
-        return
-    done[steps[-1]] = replace(done[steps[-1]], kind="restart", completed=new.time)
-    for position in steps[:-1]:
-        del done[position]
-
-
-def _begun_restart(done: Sequence[ExecutedAdaptation], new: ExecutedAdaptation) -> list[int]:
-    """Return the indices of the steps of the restart that an activation completes, from the last to the deactivation.
-
-    It is empty without a deactivation.
-    """
-    steps: list[int] = []
-    for position in range(len(done) - 1, -1, -1):
-        old = done[position]
+    steps: list[ExecutedAdaptation] = []
+    for old in reversed(done if new.kind == "activate" else []):
         if new.time - old.time > _RESTART_S + TOLERANCE_S:
             break
         if (old.node, old.client) != (new.node, new.client) or old.parameters:
             continue
         if old.kind == "deactivate":
-            return [*steps, position]
+            done[done.index(old)] = replace(old, kind="restart", completed=new.time)
+            for step in steps:
+                done.remove(step)
+            return
         if old.kind not in _BETWEEN:
             break
-        steps.append(position)
-    return []
+        steps.append(old)
+    done.append(new)
 
 
 def unnecessary_redeploys(

@@ -4,10 +4,8 @@ import itertools
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
-from sunset.metrics.limits import Amount, Count, Share
 from sunset.metrics.timeline import Injection, Timeline
 from sunset.system import current_system
 from sunset.texts.names import base_name
@@ -19,38 +17,7 @@ WINDOW_S: Final = 8.0
 LEVELS: Final = ("detected", "located", "identified", "top1")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DiagnosisFigures:
-    """The figures of a run's diagnoses, as `docs/metrics.md` defines them.
-
-    Attributes:
-        diagnoses: diagnoses that were published until the end of the run.
-        faults_detected: faults whose diagnoses reported any fault, up to the end of their window.
-        faults_located: likewise, a fault of their node.
-        faults_identified: likewise, the fault itself.
-        faults_top1: faults among the k most probable faults, where k faults were present.
-        t_detected_s: mean over detected faults, from the onset to the first such diagnosis [s].
-        t_located_s: likewise, of located faults.
-        t_identified_s: likewise, of identified faults.
-        false_alarms: how often diagnoses began to report a fault while none was present.
-        faultless_s: time without a fault [s].
-        brier: mean over time and over the faults of the catalogue of (probability − presence)², in [0, 1].
-    """
-
-    diagnoses: Count
-    faults_detected: Count
-    faults_located: Count
-    faults_identified: Count
-    faults_top1: Count
-    t_detected_s: Amount | None
-    t_located_s: Amount | None
-    t_identified_s: Amount | None
-    false_alarms: Count
-    faultless_s: Amount
-    brier: Share
-
-
-def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> DiagnosisFigures:
+def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> dict[str, Any]:
     """Return the figures of a run's diagnoses.
 
     A diagnosis holds until the next diagnosis; before the first, all probabilities are 0.
@@ -79,15 +46,14 @@ def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> Diagno
                 delay.clear()  # a level counts if it is kept to the end of the window
                 delay.update(reached | known)
     times = {level: [delay[level] for delay in delays if level in delay] for level in LEVELS}
-    figures: dict[str, Any] = {f"faults_{level}": len(reached) for level, reached in times.items()}
-    figures |= {f"t_{level}_s": mean(times[level]) for level in LEVELS[:-1]}
-    return DiagnosisFigures(
-        diagnoses=sum(diagnosis.time < timeline.duration_s for diagnosis in timeline.diagnoses),
-        **figures,
-        false_alarms=alarms,
-        faultless_s=round(faultless_s, 9),
-        brier=min(1.0, squares / timeline.duration_s / len(catalogue)),
-    )
+    return {
+        "diagnoses": sum(diagnosis.time < timeline.duration_s for diagnosis in timeline.diagnoses),
+        **{f"faults_{level}": len(reached) for level, reached in times.items()},
+        **{f"t_{level}_s": mean(times[level]) for level in LEVELS[:-1]},
+        "false_alarms": alarms,
+        "faultless_s": round(faultless_s, 9),
+        "brier": min(1.0, squares / timeline.duration_s / len(catalogue)),
+    }
 
 
 def _levels(fault: Injection, named: Mapping[str, float], number: int) -> Iterator[str]:

@@ -1,25 +1,26 @@
 """The figures of a run (paper, section 4; `docs/metrics.md`)."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
-from typing import Annotated, Any
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, Final
 
 import numpy as np
+import numpy.typing as npt
 from msgspec import Meta
 
 from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
 from sunset.metrics.confusion import accumulated_iou
-from sunset.metrics.diagnoses import DiagnosisFigures, diagnosis_figures, mean
-from sunset.metrics.downtime import TOLERANCE_S, downtime
+from sunset.metrics.diagnoses import diagnosis_figures, mean
 from sunset.metrics.episodes import Episode, failure_episodes
-from sunset.metrics.limits import MOST, Amount, Count, Share
-from sunset.metrics.timeline import Injection, Timeline
+from sunset.metrics.timeline import MOST, TOLERANCE_S, Amount, Count, Injection, Share, Timeline
 from sunset.metrics.treatments import FaultOutcome, fault_outcomes, faults_of, needless_adaptations
 from sunset.system import RESULT_TOPIC, current_system
 
+_GAP_PERIODS: Final = 2  # a gap up to this many periods is the expected rate, with jitter
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunMetrics(DiagnosisFigures):
+class RunMetrics:
     """The figures of a run, as `docs/metrics.md` defines them; None where a figure is not applicable.
 
     Attributes:
@@ -49,6 +50,17 @@ class RunMetrics(DiagnosisFigures):
         iou_healthy: mean IoU of the frames before the first fault.
         utility: `iou_all` less `cost_frames` as a share of all frames, times `iou_healthy`.
         frames_without_truth: frames without a pixel of a known class, which count for no figure of quality.
+        diagnoses: diagnoses that were published until the end of the run.
+        faults_detected: faults whose diagnoses reported any fault, up to the end of their window.
+        faults_located: likewise, a fault of their node.
+        faults_identified: likewise, the fault itself.
+        faults_top1: faults among the k most probable faults, where k faults were present.
+        t_detected_s: mean over detected faults, from the onset to the first such diagnosis [s].
+        t_located_s: likewise, of located faults.
+        t_identified_s: likewise, of identified faults.
+        false_alarms: how often diagnoses began to report a fault while none was present.
+        faultless_s: time without a fault [s].
+        brier: mean over time and over the faults of the catalogue of (probability − presence)², in [0, 1].
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
         outcomes: the outcome of each fault, in order of time.
@@ -81,6 +93,17 @@ class RunMetrics(DiagnosisFigures):
     iou_healthy: Share | None
     utility: Annotated[float, Meta(ge=-MOST, le=1)] | None
     frames_without_truth: Count
+    diagnoses: Count
+    faults_detected: Count
+    faults_located: Count
+    faults_identified: Count
+    faults_top1: Count
+    t_detected_s: Amount | None
+    t_located_s: Amount | None
+    t_identified_s: Amount | None
+    false_alarms: Count
+    faultless_s: Amount
+    brier: Share
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
     outcomes: tuple[FaultOutcome, ...] = ()
@@ -89,9 +112,7 @@ class RunMetrics(DiagnosisFigures):
     @classmethod
     def names(cls) -> tuple[str, ...]:
         """Return the names of the figures: all fields but the lists."""
-        figures = [field.name for field in fields(cls) if field.default != ()]
-        others = len(fields(DiagnosisFigures))
-        return (*figures[others:], *figures[:others])
+        return tuple(field.name for field in fields(cls) if field.default != ())
 
     def to_json(self) -> dict[str, float | None]:
         """Return the figures by name."""
@@ -113,29 +134,27 @@ def score(timeline: Timeline) -> RunMetrics:
     parts = [part for call in executed for part in call.parts]
     failures = failure_episodes(timeline, executed)
     faults = faults_of(timeline)
-    quality = _quality_figures(timeline)
-    healthy = _healthy_iou(timeline, faults)
-    cost = sum(current_system().price(part.kind) for part in parts)
     sent = timeline.message_times.get(RESULT_TOPIC, np.empty(0))
     down_s = downtime(sent, period_s=timeline.period_s, duration_s=timeline.duration_s)
-    outcomes, masked_s = fault_outcomes(timeline, faults, failures, parts, healthy)
+    cost = sum(current_system().price(part.kind) for part in parts)
+    quality = _quality_figures(timeline, faults, cost)
+    outcomes, masked_s = fault_outcomes(timeline, faults, failures, parts, quality["iou_healthy"])
     needless = needless_adaptations(parts, faults)
-    whole = quality["iou_all"]
     return RunMetrics(
         **quality,
-        iou_healthy=healthy,
         cost_frames=cost,
-        utility=None
-        if whole is None or healthy is None
-        else utility_of(whole, cost, healthy, timeline.expected_frames),
         t_down_s=down_s,
         availability=1.0 - down_s / timeline.duration_s,
-        **_fault_figures(outcomes, masked_s),
+        faults_injected=len(outcomes),
+        faults_cured=sum(outcome.cured is not None for outcome in outcomes) if outcomes else None,
+        faults_masked=None if masked_s is None else sum(bool(outcome.masked_s) for outcome in outcomes),
+        masked_s=masked_s,
+        uncured_s=mean(outcome.uncured_s for outcome in outcomes),
         needless=len(needless),
         **_episode_figures(failures, executed),
         redeploys_unnecessary=len(unnecessary_redeploys(executed, timeline.injections)),
         adaptations=len(executed),
-        **asdict(diagnosis_figures(timeline, faults)),
+        **diagnosis_figures(timeline, faults),
         failures=failures,
         executed=executed,
         outcomes=outcomes,
@@ -143,8 +162,34 @@ def score(timeline: Timeline) -> RunMetrics:
     )
 
 
-def _quality_figures(timeline: Timeline) -> dict[str, Any]:
-    """Return the figures of the frames taken in [0, duration)."""
+def downtime(times: npt.NDArray[np.float64], *, period_s: float, duration_s: float) -> float:
+    """Return the total time in [0, `duration_s`] without messages at the expected rate.
+
+    Every gap of more than two periods counts whole, as far as it lies in the experiment, also before the first message
+    and after the last.
+
+    Args:
+        times: (N,) ascending, when messages left [s]. The last message before 0 begins the first gap, which begins at 0
+            without such a message.
+        period_s: the expected time between two messages.
+        duration_s: the end of the experiment.
+
+    Source: the paper, section 4, on the system's downtime.
+
+    >>> downtime(np.array([0.0, 0.1, 0.2, 0.7, 0.8]), period_s=0.1, duration_s=2.0)
+    1.7
+    """
+    before = times[times < 0]
+    within = times[(times >= 0) & (times <= duration_s)]
+    start = before[-1] if before.size else 0.0
+    moments = np.concatenate([[start], within, [duration_s]])
+    gaps = np.diff(moments)
+    inside = np.diff(np.maximum(moments, 0.0))
+    return round(float(inside[gaps > _GAP_PERIODS * period_s + TOLERANCE_S].sum()), 9)
+
+
+def _quality_figures(timeline: Timeline, faults: Sequence[Injection], cost: float) -> dict[str, Any]:
+    """Return the figures of the frames taken in [0, duration), and the healthy IoU."""
     frames = timeline.frames
     taken, unknown = (
         (times >= -TOLERANCE_S) & (times < timeline.duration_s - TOLERANCE_S)
@@ -154,29 +199,19 @@ def _quality_figures(timeline: Timeline) -> dict[str, Any]:
     # live, a frame's truth may be lost
     expected = max(timeline.expected_frames - without_truth, count) if timeline.has_truth else 0
     total = float(frames.iou[taken].sum())
+    whole = total / expected if expected else None
+    before = frames.iou[frames.times < faults[0].time] if faults else frames.iou
+    before = before if len(before) else frames.iou
+    healthy = float(before.mean()) if len(before) else None
     return {
         "iou": total / count if count else None,
-        "iou_all": total / expected if expected else None,
+        "iou_all": whole,
         "miou": accumulated_iou(frames.intersection[taken], frames.predicted[taken], frames.truth[taken]),
         "frames_without_truth": without_truth,
-    }
-
-
-def _healthy_iou(timeline: Timeline, faults: Sequence[Injection]) -> float | None:
-    """Return the mean IoU of the frames before the first fault, the warm-up's included; without such, of all frames."""
-    frames = timeline.frames
-    before = frames.iou[frames.times < faults[0].time] if faults else frames.iou
-    healthy = before if len(before) else frames.iou
-    return float(healthy.mean()) if len(healthy) else None
-
-
-def _fault_figures(outcomes: Sequence[FaultOutcome], masked_s: float | None) -> dict[str, Any]:
-    return {
-        "faults_injected": len(outcomes),
-        "faults_cured": sum(outcome.cured is not None for outcome in outcomes) if outcomes else None,
-        "faults_masked": None if masked_s is None else sum(bool(outcome.masked_s) for outcome in outcomes),
-        "masked_s": masked_s,
-        "uncured_s": mean(outcome.uncured_s for outcome in outcomes),
+        "iou_healthy": healthy,
+        "utility": None
+        if whole is None or healthy is None
+        else utility_of(whole, cost, healthy, timeline.expected_frames),
     }
 
 

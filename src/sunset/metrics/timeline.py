@@ -3,13 +3,13 @@
 Times are in seconds. The measured time is from 0 to `duration_s`, after the warm-up. Arrays of times ascend.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final, Literal, TypeAlias
+from typing import Annotated, Final, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from msgspec import Meta
 
 from sunset.classes import CLASSES
 from sunset.errors import RecordError
@@ -17,6 +17,18 @@ from sunset.system import DURATION_S, PERIOD_S, current_system
 
 NUMBER_OF_CLASSES: Final = len(CLASSES)
 """28."""
+
+TOLERANCE_S: Final = 1e-6
+"""Times that differ by less are equal: the error of arithmetic in seconds."""
+
+MOST: Final = 10**6
+"""The largest number of a run; twelve days for times."""
+
+Share: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
+Amount: TypeAlias = Annotated[float, Meta(ge=0, le=MOST)]
+Positive: TypeAlias = Annotated[float, Meta(gt=0, le=MOST)]
+Count: TypeAlias = Annotated[int, Meta(ge=0, le=MOST)]
+"""The limits by which stored numbers are checked."""
 
 Evidence: TypeAlias = Literal["symptoms", "images"]
 """What a managing system used: the blackboard, diagnostics and states only, or images too."""
@@ -174,20 +186,6 @@ class Frames:
             raise RecordError("The IoU of a frame must be from 0 to 1.")
 
 
-def _complete(thresholds: Mapping[str, float]) -> Mapping[str, float]:
-    """Return the thresholds of all signals, with the system description's for thresholds that are not given."""
-    complete = {}
-    for signal in current_system().signals.values():
-        if signal.has_threshold:
-            threshold = thresholds.get(signal.threshold_name, signal.threshold)
-            if threshold is None or not math.isfinite(threshold):
-                raise RecordError(
-                    f"The {signal.threshold_name} of a timeline must be finite, got {threshold}."
-                )
-            complete[signal.threshold_name] = threshold
-    return complete
-
-
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Timeline:
     """The input of the metrics of a run. Sequences are in order of time, and include the warm-up.
@@ -207,7 +205,7 @@ class Timeline:
         expected_frames: the number of frames of the measured time, with lost frames.
 
     Raises:
-        RecordError: a threshold is missing, or not finite.
+        RecordError: a threshold is missing.
     """
 
     duration_s: float = DURATION_S
@@ -225,7 +223,15 @@ class Timeline:
 
     def __post_init__(self) -> None:
         """Complete the thresholds."""
-        object.__setattr__(self, "thresholds", _complete(self.thresholds))
+        signals = [signal for signal in current_system().signals.values() if signal.has_threshold]
+        complete = {
+            signal.threshold_name: self.thresholds.get(signal.threshold_name, signal.threshold)
+            for signal in signals
+        }
+        for name, threshold in complete.items():
+            if threshold is None:
+                raise RecordError(f"The {name} of a timeline must be finite, got None.")
+        object.__setattr__(self, "thresholds", complete)
 
     @property
     def has_truth(self) -> bool:

@@ -1,7 +1,12 @@
 """The outcome of each fault, and needless adaptations, as `docs/metrics.md` defines them."""
 
+import itertools
+from bisect import bisect_right
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from operator import itemgetter
 from typing import Final
 
 import numpy as np
@@ -9,10 +14,22 @@ import numpy.typing as npt
 
 from sunset.metrics.adaptations import ExecutedAdaptation
 from sunset.metrics.episodes import Episode
-from sunset.metrics.limits import Amount
-from sunset.metrics.settings import Settings, Stretch, settings_of
-from sunset.metrics.timeline import Injection, Timeline
-from sunset.system import SILENCE_S, Adaptation, AdaptationKind, Fault, find_fault, goal_of
+from sunset.metrics.timeline import Amount, Injection, Setting, Timeline
+from sunset.system import (
+    SILENCE_S,
+    STATE,
+    Adaptation,
+    AdaptationKind,
+    Fault,
+    FaultKind,
+    Key,
+    comparable_text,
+    current_system,
+    find_fault,
+    goal_of,
+    is_in_place,
+    short_name,
+)
 
 FATES: Final = ("cured", "masked", "missed")
 """The fates of a fault."""
@@ -21,6 +38,58 @@ MASKING_SHARE: Final = 0.85
 """A fault is masked only in frames whose IoU is under this share of the healthy IoU."""
 
 _PARTS_OF_RESTART: Final = frozenset({"restart", "deactivate", "cleanup", "configure", "activate"})
+
+Stretch = tuple[float, float]
+"""From when to when [s], the end not included."""
+
+
+class Settings:
+    """Every parameter and lifecycle state over time, from settings in order of time."""
+
+    def __init__(self, settings: Sequence[Setting]) -> None:
+        self._changes: defaultdict[Key, list[tuple[float, str]]] = defaultdict(list)
+        self._first: dict[Key, str] = {
+            (node, STATE): state for node, state in current_system().initial_states.items()
+        }
+        for setting in settings:
+            key = short_name(setting.node), setting.name
+            value = comparable_text(key, setting.value)
+            if setting.declared:
+                self._first.setdefault(key, value)
+            self._changes[key].append((setting.time, value))
+
+    def at(self, key: Key, time: float) -> str | None:
+        """Return the value at a time; None if it is unknown."""
+        changes = self._changes.get(key, [])
+        place = bisect_right(changes, time, key=itemgetter(0))
+        return changes[place - 1][1] if place else self._first.get(key)
+
+    def in_place(self, name: str, start: float, end: float) -> list[Stretch]:
+        """Return when a cure of an external fault was in place within `[start, end)`; empty for any other fault."""
+        fault = find_fault(name)  # a record may be of another version
+        if fault is None or fault.kind is not FaultKind.EXTERNAL:
+            return []
+        steps = [step for cure in fault.cures for step in cure]
+        goals = [goal[0] for step in steps if (goal := goal_of(step))]
+        keys = [(fault.node, fault.parameter), *((step.node, fault.parameter) for step in steps), *goals]
+        moments = {time for key in keys for time, _ in self._changes.get(key, []) if start < time < end}
+        stretches: list[Stretch] = []
+        for begin, following in itertools.pairwise([start, *sorted(moments), end]):
+            setting = partial(self.at, time=begin)
+            if begin < following and any(is_in_place(fault, cure, setting) for cure in fault.cures):
+                since = stretches.pop()[0] if stretches and stretches[-1][1] == begin else begin
+                stretches.append((since, following))
+        return stretches
+
+
+def settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
+    """Return the parameters or the state that an adaptation sets, with their values."""
+    if adaptation.parameters:
+        pairs = zip(adaptation.parameters, adaptation.values, strict=True)
+        keys = [((adaptation.node, name), value) for name, value in pairs]
+        return [(key, comparable_text(key, value)) for key, value in keys]
+    states = (kind.goal_state for kind in AdaptationKind if kind == adaptation.kind)
+    return [((adaptation.node, STATE), state) for state in states if state is not None]
 
 
 @dataclass(frozen=True, slots=True)

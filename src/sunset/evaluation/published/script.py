@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from sunset.metrics.downtime import downtime
+from sunset.metrics import downtime
 from sunset.system import DURATION_S, PERIOD_S
 
 OWN_FIGURES: Final = ("t_down_s", "iou", "iou_all")

@@ -17,8 +17,8 @@ from sunset.evaluation.report import (
 )
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.evaluation.scores import ScoreRow, ScoreTable, score_tables
-from sunset.evaluation.site import index_page
 from sunset.evaluation.summary import SystemRow, summarise
+from sunset.evaluation.webpage import index_page
 
 __all__ = [
     "AGREEMENT_FORMATS",

@@ -7,9 +7,9 @@ from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.evaluation.agreement import TOLERANCE, TOLERANCE_S, Agreement, LeftOut, Pair, agrees
+from sunset.evaluation.blocks import wrapped
 from sunset.evaluation.intervals import NO_INTERVAL
 from sunset.evaluation.paired import Difference
-from sunset.evaluation.text import wrapped
 from sunset.texts.sentences import counted, csv_text
 from sunset.texts.tables import aligned, table_width
 

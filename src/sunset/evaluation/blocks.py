@@ -1,9 +1,18 @@
-"""A report before it has a format: tables of cells, and notes."""
+"""A report before it has a format, as tables of cells and notes, and as text for a terminal of 100 columns."""
 
+import textwrap
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
+from rich.cells import cell_len
+
 from sunset.evaluation.intervals import Estimate
+from sunset.texts.tables import aligned, table_width
+from sunset_ros.texts import printable
+
+_WIDTH: Final = 100
+_GAP: Final = 2
+_LEAST: Final = 11  # the least width of the first column
 
 PAPER_LABEL: Final = "tab:sunset"
 """The label of the paper's table."""
@@ -90,3 +99,38 @@ class Report(NamedTuple):
 
     blocks: tuple[Block, ...]
     notes: tuple[str, ...]
+
+
+def as_text(report: Report) -> str:
+    """Return a report as text; a name that is too long for its column gets a separate line."""
+    parts = [_table(block) for block in report.blocks]
+    parts.append("\n".join(map(wrapped, report.notes)))
+    return "\n\n".join(parts) + "\n"
+
+
+def wrapped(text: str, indent: str = "  ") -> str:
+    """Return a text in lines for a terminal, all but the first with an indent."""
+    return textwrap.fill(text, _WIDTH, subsequent_indent=indent, break_on_hyphens=False)
+
+
+def _table(block: Block) -> str:
+    rows = [block.head, *block.rows()]
+    room = max(_WIDTH - table_width([row[1:] for row in rows]) - _GAP, _LEAST)
+    above = ["" if cell_len(row[0]) <= room else f"{short_name(row[0], _WIDTH)}\n" for row in rows]
+    rows = [["" if name else label, *others] for name, (label, *others) in zip(above, rows, strict=True)]
+    head, *lines = (
+        name + line
+        for name, line in zip(above, aligned(rows, left={0, *range(2, len(block.head))}), strict=True)
+    )
+    rule = "─" * table_width(rows)
+    return "\n".join([f"{block.title}\n", head, rule, *lines, rule])
+
+
+def short_name(text: str, longest: int = 24) -> str:
+    """Return a name without its middle if it has many characters.
+
+    >>> short_name("a-managing-system-with-a-long-name")
+    'a-managing-s…a-long-name'
+    """
+    text, half = printable(text), longest // 2
+    return text if len(text) <= longest else f"{text[:half]}…{text[1 - half :]}"

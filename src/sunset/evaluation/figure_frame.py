@@ -48,8 +48,6 @@ SETTINGS: Final = {
 
 _ON_PAGE: Final = {INK: "currentColor", SOFT: "var(--soft)", GRID: "var(--line)", PAPER: "var(--paper)"}
 """Colours that a page replaces with its own, light or dark."""
-_LONGEST: Final = 24
-"""The longest name, in characters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,13 +147,3 @@ def add_legend(figure: "Figure", handles: Iterable[Any]) -> None:
     columns = max(1, min(len(entries), int(figure.get_figwidth() / width)))
     figure.set_figheight(min(HEIGHT_IN, figure.get_figheight() + 0.05 + 0.17 * ceil(len(entries) / columns)))
     figure.legend(handles=entries, loc="outside lower center", ncols=columns, frameon=False, handlelength=3)
-
-
-def short_name(text: str, longest: int = _LONGEST) -> str:
-    """Return a name for a figure, without its middle if it is long.
-
-    >>> short_name("a-managing-system-with-a-long-name")
-    'a-managing-s…a-long-name'
-    """
-    text, half = printable(text), longest // 2
-    return text if len(text) <= longest else f"{text[:half]}…{text[1 - half :]}"

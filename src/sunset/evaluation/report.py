@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
+from sunset.evaluation.blocks import as_text
 from sunset.evaluation.figure_files import figures_as_html
 from sunset.evaluation.intervals import DEVIATIONS, INTERVALS, Estimate
 from sunset.evaluation.latex import as_latex
@@ -13,7 +14,6 @@ from sunset.evaluation.layout import arrange
 from sunset.evaluation.results import FIGURES, RunRow, load_results
 from sunset.evaluation.scores import ScoreTable, score_tables
 from sunset.evaluation.summary import SystemRow, summarise
-from sunset.evaluation.text import as_text
 from sunset.evaluation.webpage import as_html
 from sunset.processes.workers import Progress
 from sunset.texts.sentences import csv_text

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from sunset.evaluation.blocks import short_name
 from sunset.evaluation.figure_frame import (
     GRID,
     SOFT,
@@ -15,7 +16,6 @@ from sunset.evaluation.figure_frame import (
     add_legend,
     panels,
     report_drawing,
-    short_name,
 )
 from sunset.evaluation.figure_runs import Fault, Setup, outcomes_of, scores_of, setup_of
 from sunset.evaluation.intervals import Estimate

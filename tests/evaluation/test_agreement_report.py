@@ -7,17 +7,10 @@ from dataclasses import replace
 import pytest
 
 from sunset.errors import InvalidInputError
-from sunset.evaluation import (
-    AGREEMENT_FORMATS,
-    FIGURES,
-    Agreement,
-    Difference,
-    Estimate,
-    Flight,
-    LeftOut,
-    Pair,
-    format_agreement,
-)
+from sunset.evaluation.agreement import AGREEMENT_FORMATS, Agreement, LeftOut, Pair, format_agreement
+from sunset.evaluation.intervals import Estimate
+from sunset.evaluation.paired import Difference
+from sunset.evaluation.results import FIGURES, Flight
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Timeline, score
 
 RIPPLE = "artifact/camera_driver_issue+image_degradation+autofocus_needed"

@@ -3,8 +3,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from sunset.evaluation import Cluster
 from sunset.evaluation.differences import Experiment, differences, holm, pairs_won
+from sunset.evaluation.intervals import Cluster
 from sunset_ros.seeding import generator
 
 

@@ -4,8 +4,7 @@ from itertools import product
 
 import pytest
 
-from sunset.evaluation import Cluster, Estimate, estimate
-from sunset.evaluation.intervals import estimate_ratio
+from sunset.evaluation.intervals import Cluster, Estimate, estimate, estimate_ratio
 from sunset.evaluation.paired import difference
 
 

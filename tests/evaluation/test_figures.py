@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sunset.errors import InvalidInputError, MissingExtraError, OutputError
-from sunset.evaluation import entropy_figure
+from sunset.evaluation.figures import entropy_figure
 from sunset.metrics import Samples
 
 
@@ -57,7 +57,7 @@ MINE = """
 import sys
 from pathlib import Path
 import numpy as np
-from sunset.evaluation import entropy_figure
+from sunset.evaluation.figures import entropy_figure
 from sunset.metrics import Samples
 times = np.arange(100) / 10
 entropy_figure({"no fault": Samples(times, np.full(100, 0.1))}, 0.2, Path(sys.argv[1]))

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from sunset.evaluation import outage_figure
+from sunset.evaluation.figures import outage_figure
 from sunset.metrics import Timeline
 
 THRESHOLDS = {"entropy_threshold": 0.1, "sharpness_threshold": 1.0}

@@ -13,18 +13,11 @@ import pytest
 
 from sunset.cli import main
 from sunset.errors import InvalidInputError
-from sunset.evaluation import (
-    FIGURES,
-    FORMATS,
-    Flight,
-    RunRow,
-    SystemRow,
-    format_report,
-    render_report,
-    score_tables,
-    summarise,
-)
 from sunset.evaluation.latex import escape_latex
+from sunset.evaluation.report import FORMATS, format_report, render_report
+from sunset.evaluation.results import FIGURES, Flight, RunRow
+from sunset.evaluation.scores import score_tables
+from sunset.evaluation.summary import SystemRow, summarise
 
 UGLY = r"my_dir/50%_ü_{a}\b^c~d$&#<script>'\"`|--µ中:Mine"
 

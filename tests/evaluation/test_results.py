@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from sunset.errors import RecordError
-from sunset.evaluation import FIGURES, Flight, load_results, render_report
+from sunset.evaluation.report import render_report
+from sunset.evaluation.results import FIGURES, Flight, load_results
 from sunset.metrics import Timeline, score
 
 Store = Callable[..., Path]

@@ -9,9 +9,11 @@ from itertools import product
 import pytest
 from tests.evaluation.test_report import run
 
-from sunset.evaluation import FORMATS, Flight, RunRow, format_report, score_tables, summarise
+from sunset.evaluation.report import FORMATS, format_report
+from sunset.evaluation.results import Flight, RunRow
 from sunset.evaluation.score_layout import lead_blocks, lead_notes
-from sunset.evaluation.scores import NO_SCORE, ScoreTable
+from sunset.evaluation.scores import NO_SCORE, ScoreTable, score_tables
+from sunset.evaluation.summary import summarise
 
 NOTHING_TO_REPAIR = "calm"
 

@@ -2,7 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from sunset.evaluation import FIGURES, Flight, RunRow, summarise
+from sunset.evaluation.results import FIGURES, Flight, RunRow
+from sunset.evaluation.summary import summarise
 from sunset.scenarios import suite
 from sunset.system import suite_size
 

@@ -17,7 +17,8 @@ from tests.experiments.campaigns import RUNS, bench_command, content_of
 from sunset import generate_split
 from sunset.data import read_bag, write_bag
 from sunset.errors import InvalidInputError, OutputError, RecordError
-from sunset.evaluation import load_results, render_report
+from sunset.evaluation.report import render_report
+from sunset.evaluation.results import load_results
 from sunset.experiments import BenchSpec, Settings, Timing, bench, in_turn, plan, run_folder
 from sunset.experiments.shards import locked_campaign
 from sunset.recording import read_run

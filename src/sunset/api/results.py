@@ -6,28 +6,23 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
-from sunset import evaluation
 from sunset.api.arguments import Extensions, as_path, check_flags, check_progress, extended
 from sunset.errors import RecordError
-from sunset.evaluation import (
-    AGREEMENT_FORMATS,
+from sunset.evaluation import figure_files
+from sunset.evaluation.agreement import AGREEMENT_FORMATS, format_agreement
+from sunset.evaluation.figure_files import WrittenFigures
+from sunset.evaluation.paired import PairedComparison, compare_managers
+from sunset.evaluation.report import (
     FORMATS,
     RUNS_FORMATS,
-    PairedComparison,
-    RunRow,
-    ScoreTable,
-    SystemRow,
-    WrittenFigures,
-    compare_managers,
-    format_agreement,
     format_runs,
-    load_results,
     render_report,
     render_runs,
     run_fields,
-    score_tables,
-    summarise,
 )
+from sunset.evaluation.results import RunRow, load_results
+from sunset.evaluation.scores import ScoreTable, score_tables
+from sunset.evaluation.summary import SystemRow, summarise
 from sunset.files.dataframes import data_frame
 from sunset.processes.workers import Progress
 from sunset.recording import count_runs, read_stored_run
@@ -236,7 +231,7 @@ def write_figures(
     check_progress(progress)
     check_flags(recompute=recompute)
     with extended(extensions):
-        return evaluation.write_figures(
+        return figure_files.write_figures(
             as_path(path, "folder of stored runs"),
             as_path(out, "folder of the figures"),
             recompute=recompute,

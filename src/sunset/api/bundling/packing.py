@@ -11,7 +11,7 @@ from sunset.api.bundling.crate import describing_files
 from sunset.api.bundling.layout import CAMPAIGN, CARD_FILE, MANIFEST_FILE, REPORT_FILE, SCENARIOS, Manifest
 from sunset.api.bundling.sources import Files, find_extension_sources, find_manager_sources
 from sunset.errors import OutputError, RecordError
-from sunset.evaluation import render_report
+from sunset.evaluation.report import render_report
 from sunset.experiments import count_runs, scenario_of
 from sunset.files.outputs import folder_name
 from sunset.files.schemas import document_text

@@ -13,7 +13,7 @@ from sunset.api.bundling.layout import CAMPAIGN, CHECKSUMS_FILE, REPORT_FILE, Op
 from sunset.api.bundling.rerunning import Rerun, choose_runs, rerun_run
 from sunset.api.bundling.sources import differing_sources
 from sunset.errors import DataError, InvalidInputError, RecordError
-from sunset.evaluation import render_report
+from sunset.evaluation.report import render_report
 from sunset.files.inputs import file_digest, read_text
 from sunset.files.sources import package_version
 from sunset.perception import load_model

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+import sunset
 from sunset.errors import RecordError
-from sunset.evaluation.report import render_report
 from sunset.evaluation.results import FIGURES, Flight, load_results
 from sunset.metrics import Timeline, score
 
@@ -95,7 +95,7 @@ def test_extensions_that_differ_are_told_apart_as_what_they_are(store: Store, tm
         f"{plain} with altimeter 0f0f0f0f",
         plain,
     ]
-    assert f"[sunset {plain} with altimeter 0f0f0f0f]" in render_report(tmp_path)
+    assert f"[sunset {plain} with altimeter 0f0f0f0f]" in sunset.report(tmp_path)
 
 
 def test_models_of_one_name_that_differ_are_told_apart(store: Store, tmp_path: Path) -> None:
@@ -168,7 +168,7 @@ def test_runs_that_should_have_the_same_messages_and_have_not_are_named(store: S
     store("another version", iou=0.7, **about | {"versions": {"sunset": "0.9.0+1e1e1e1e"}})
     store("another seed", seed=2, iou=0.8, **about)
 
-    text = " ".join(render_report(tmp_path).split())
+    text = " ".join(sunset.report(tmp_path).split())
 
     assert "runs of the same scenario, seed, managing system and version have different messages" in text
     assert text.count(" and ".join(map(str, sorted([tmp_path / "copy", other])))) == 1

@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING, Union
 
 from sunset.api.arguments import Extensions, as_path, check_flags, check_progress, extended
 from sunset.errors import RecordError
-from sunset.evaluation import figure_files
+from sunset.evaluation import report_figures
 from sunset.evaluation.agreement import AGREEMENT_FORMATS, format_agreement
-from sunset.evaluation.figure_files import WrittenFigures
 from sunset.evaluation.paired import PairedComparison, compare_managers
 from sunset.evaluation.report import (
     FORMATS,
     RUNS_FORMATS,
     format_runs,
-    render_report,
     render_runs,
     run_fields,
 )
+from sunset.evaluation.report_figures import WrittenFigures
 from sunset.evaluation.results import RunRow, load_results
 from sunset.evaluation.scores import ScoreTable, score_tables
 from sunset.evaluation.summary import SystemRow, summarise
@@ -184,7 +183,8 @@ def report(
             return render_runs(folder, form or RUNS_FORMATS[0], recompute=recompute, progress=progress)
         if form is None and not (every or recompute) and is_run(folder):
             return f"{read_stored_run(folder)}\n"
-        return render_report(folder, form or FORMATS[0], every=every, recompute=recompute, progress=progress)
+        rows = load_results(folder, again=recompute, progress=progress)
+        return format_runs(rows, form or FORMATS[0], every=every)
 
 
 def _paper_report(folder: Path, form: str, progress: Progress | None) -> str:
@@ -231,7 +231,7 @@ def write_figures(
     check_progress(progress)
     check_flags(recompute=recompute)
     with extended(extensions):
-        return figure_files.write_figures(
+        return report_figures.write_figures(
             as_path(path, "folder of stored runs"),
             as_path(out, "folder of the figures"),
             recompute=recompute,

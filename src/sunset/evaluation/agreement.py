@@ -90,9 +90,9 @@ class Agreement:
     manager: str
     model: str
     flight: Flight
-    pairs: Sequence[Pair]
-    left_out: Sequence[LeftOut]
-    differences: Sequence[Difference]
+    pairs: tuple[Pair, ...]
+    left_out: tuple[LeftOut, ...]
+    differences: tuple[Difference, ...]
 
 
 def agrees(compared: Difference) -> bool | None:
@@ -134,9 +134,9 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
             manager=manager,
             model=model,
             flight=flight,
-            pairs=pairs,
-            left_out=left_out,
-            differences=[_difference(name, pairs) for name in FIGURES],
+            pairs=tuple(pairs),
+            left_out=tuple(left_out),
+            differences=tuple(_difference(name, pairs) for name in FIGURES),
         )
         for (suite, manager, model, flight), (pairs, left_out) in groups.items()
     ]

@@ -5,11 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
+from sunset.evaluation.figure_frame import Style, in_order, styles
 from sunset.evaluation.intervals import Estimate
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import ScoreTable, Systems, score_rows
 from sunset.evaluation.summary import manager_names, part_label
-from sunset.evaluation.system_styles import Style, in_order, styles
 from sunset.metrics import FaultOutcome
 from sunset.recording import TABLE_REFERENCES
 from sunset.texts.sentences import counted

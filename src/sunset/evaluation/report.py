@@ -7,10 +7,10 @@ from typing import Final
 
 from sunset.errors import InvalidInputError
 from sunset.evaluation.blocks import as_text
-from sunset.evaluation.figure_files import figures_as_html
 from sunset.evaluation.intervals import DEVIATIONS, INTERVALS, Estimate
 from sunset.evaluation.latex import as_latex
 from sunset.evaluation.layout import arrange
+from sunset.evaluation.report_figures import figures_as_html
 from sunset.evaluation.results import FIGURES, RunRow, load_results
 from sunset.evaluation.scores import ScoreTable, score_tables
 from sunset.evaluation.summary import SystemRow, summarise
@@ -31,33 +31,17 @@ _CSV_COLUMNS: Final = (
 )
 
 
-def render_report(
-    folder: Path,
-    form: str = "table",
-    *,
-    every: bool = False,
-    recompute: bool = False,
-    progress: Progress | None = None,
-) -> str:
-    """Return the report of all runs below a folder.
+def format_runs(runs: Sequence[RunRow], form: str = "table", *, every: bool = False) -> str:
+    """Return the report of runs; as a page with its figures.
 
     Args:
-        folder: of a run, of a campaign, or of several campaigns.
+        runs: at least one.
         form: one of `FORMATS`.
         every: whether a table or LaTeX has every figure instead of the first page.
-        recompute: compute every figure from the recorded messages instead of reading it.
-        progress: called with (runs that are read, runs in all).
 
     Raises:
-        RecordError: the folder is without runs, or a run is damaged.
         InvalidInputError: the format is unknown.
     """
-    runs = load_results(folder, again=recompute, progress=progress)
-    return format_runs(runs, form, every=every)
-
-
-def format_runs(runs: Sequence[RunRow], form: str = "table", *, every: bool = False) -> str:
-    """Return the report of runs, as of `render_report`; as a page with its figures."""
     tables = score_tables(runs)
     figures = figures_as_html(runs, tables) if form == "html" else ""
     return format_report(summarise(runs), form, tables, figures, every=every)
@@ -71,7 +55,7 @@ def format_report(
     *,
     every: bool = False,
 ) -> str:
-    """Return the report of rows and scores, as of `render_report`; `figures` are HTML for a page."""
+    """Return the report of rows and scores, as of `format_runs`; `figures` are HTML for a page."""
     match form:
         case "json":
             return _as_json(rows, scores)
@@ -154,7 +138,7 @@ def _cells(name: str, estimate: Estimate) -> dict[str, object]:
 
 
 def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: Progress | None = None) -> str:
-    """Return a row for each run below a folder, in one of `RUNS_FORMATS`; arguments as of `render_report`.
+    """Return a row for each run below a folder, in one of `RUNS_FORMATS`; arguments as of `load_results`.
 
     Figures that are not applicable are null, or empty cells.
 

@@ -11,9 +11,9 @@ from typing import Final
 
 from msgspec.inspect import FloatType, IntType, UnionType, type_info
 
+from sunset.evaluation.figure_frame import SHIPPED
 from sunset.evaluation.intervals import Estimate, estimate
 from sunset.evaluation.results import FIGURES, RunRow
-from sunset.evaluation.system_styles import SHIPPED
 from sunset.files.schemas import fields_of
 from sunset.metrics import FATES, FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES

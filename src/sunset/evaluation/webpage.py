@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Final
 
 from sunset.evaluation.blocks import PAPER_LABEL, Block, Report
-from sunset.evaluation.figure_files import figures_as_html
 from sunset.evaluation.layout import arrange
+from sunset.evaluation.report_figures import figures_as_html
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import score_tables
 from sunset.evaluation.summary import named_groups, summarise

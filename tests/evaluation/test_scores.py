@@ -9,9 +9,9 @@ from itertools import product
 import pytest
 from tests.evaluation.test_report import run
 
+from sunset.evaluation.layout import lead_blocks, lead_notes
 from sunset.evaluation.report import FORMATS, format_report
 from sunset.evaluation.results import Flight, RunRow
-from sunset.evaluation.score_layout import lead_blocks, lead_notes
 from sunset.evaluation.scores import NO_SCORE, ScoreTable, score_tables
 from sunset.evaluation.summary import summarise
 

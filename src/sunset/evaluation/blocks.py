@@ -1,12 +1,11 @@
 """A report before it has a format, as tables of cells and notes, and as text for a terminal of 100 columns."""
 
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 from rich.cells import cell_len
 
-from sunset.evaluation.intervals import Estimate
 from sunset.texts.tables import aligned, table_width
 from sunset_ros.texts import printable
 
@@ -46,16 +45,6 @@ def plain(cell: Cell) -> str:
     return cell
 
 
-def deviation_cell(estimate: Estimate | None) -> Cell:
-    """Return a figure's mean and standard deviation."""
-    return None if estimate is None else Quantity(estimate.mean, estimate.std)
-
-
-def interval_cell(estimate: Estimate | None) -> Cell:
-    """Return a figure's mean and confidence interval."""
-    return None if estimate is None else Quantity(estimate.mean, interval=estimate.interval)
-
-
 class Column(NamedTuple):
     """A figure's column: its heading, in which `_` stands before an index, and its meaning."""
 
@@ -63,25 +52,20 @@ class Column(NamedTuple):
     meaning: str
 
 
-CURED: Final = Column("cured ↑", "faults that were cured, of all")
-NEEDLESS: Final = Column("needless ↓", "adaptations of a run that are no step of a cure of a fault there")
-"""The columns of several tables."""
-
-
 class Line(NamedTuple):
     """A line of a table; `runs` is empty where a number makes no sense."""
 
     label: str
     runs: str
-    cells: tuple[Cell, ...]
+    cells: Sequence[Cell]
 
 
 class Block(NamedTuple):
     """A table: its title, columns and lines, and the label by which LaTeX refers to it."""
 
     title: str
-    columns: tuple[Column, ...]
-    lines: tuple[Line, ...]
+    columns: Sequence[Column]
+    lines: Sequence[Line]
     label: str
 
     @property
@@ -97,8 +81,8 @@ class Block(NamedTuple):
 class Report(NamedTuple):
     """The content of a report in any format: tables with lines, and notes."""
 
-    blocks: tuple[Block, ...]
-    notes: tuple[str, ...]
+    blocks: Sequence[Block]
+    notes: Sequence[str]
 
 
 def as_text(report: Report) -> str:

@@ -17,8 +17,8 @@ import sunset
 from sunset.api.options import Manager
 from sunset.cli import main
 from sunset.errors import InvalidInputError, MissingExtraError, RecordError
+from sunset.evaluation.differences import Difference, PairedComparison, difference
 from sunset.evaluation.intervals import Cluster
-from sunset.evaluation.paired import Difference, PairedComparison, difference
 from sunset.managing import ManagingSystem, Symptoms
 from sunset.recording import read_messages
 

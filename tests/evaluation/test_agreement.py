@@ -8,8 +8,8 @@ import pytest
 
 from sunset.errors import RecordError
 from sunset.evaluation.agreement import Agreement, Pair, agrees, compare
+from sunset.evaluation.differences import Difference
 from sunset.evaluation.intervals import Estimate
-from sunset.evaluation.paired import Difference
 from sunset.evaluation.results import FIGURES
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Timeline, score
 

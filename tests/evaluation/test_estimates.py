@@ -4,8 +4,8 @@ from itertools import product
 
 import pytest
 
+from sunset.evaluation.differences import difference
 from sunset.evaluation.intervals import Cluster, Estimate, estimate, estimate_ratio
-from sunset.evaluation.paired import difference
 
 
 def seeds(count: int, alike: str = "a") -> list[Cluster]:

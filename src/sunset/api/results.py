@@ -10,7 +10,7 @@ from sunset.api.arguments import Extensions, as_path, check_flags, check_progres
 from sunset.errors import RecordError
 from sunset.evaluation import report_figures
 from sunset.evaluation.agreement import AGREEMENT_FORMATS, format_agreement
-from sunset.evaluation.paired import PairedComparison, compare_managers
+from sunset.evaluation.differences import PairedComparison, compare_managers
 from sunset.evaluation.report import (
     FORMATS,
     RUNS_FORMATS,

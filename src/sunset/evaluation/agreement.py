@@ -9,17 +9,17 @@ from typing import Final, NamedTuple
 
 from sunset.errors import InvalidInputError, RecordError
 from sunset.evaluation.blocks import wrapped
+from sunset.evaluation.differences import Difference, difference
 from sunset.evaluation.intervals import NO_INTERVAL, Cluster
-from sunset.evaluation.paired import Difference, difference
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.metrics import RunMetrics, score
 from sunset.processes.workers import Progress
 from sunset.recording import read_timeline
-from sunset.texts.sentences import counted, csv_text
+from sunset.texts.sentences import counted
 from sunset.texts.tables import aligned, table_width
 from sunset_ros.texts import shorten
 
-AGREEMENT_FORMATS: Final = ("table", "csv", "json")
+AGREEMENT_FORMATS: Final = ("table", "json")
 
 TOLERANCE: Final = 0.2
 """The tolerance of the live mean, as a share of the simulation's mean."""
@@ -49,6 +49,11 @@ class Pair:
     sim: RunMetrics
     live: RunMetrics
     alike: str = ""
+
+    def figures(self, name: str) -> tuple[Cluster, float | None, float | None]:
+        """Return its levels, and a figure live and in the simulation."""
+        levels = Cluster(self.alike or self.scenario, "", self.seed)
+        return (levels, getattr(self.live, name), getattr(self.sim, name))
 
     @property
     def failures(self) -> tuple[tuple[str, ...], ...]:
@@ -108,10 +113,7 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
     """Return the agreement of the runs below two folders, for each suite, managing system, model and flight.
 
     Every figure is computed from the recorded messages. Runs are paired by scenario and seed. Pairs with a missing or
-    invalid run are left out, and listed.
-
-    Raises:
-        RecordError: a folder is missing or without runs, or a run is damaged.
+    invalid run are left out, and listed. It raises as `load_results`.
     """
     simulated, others = _runs(sim), _runs(live)
     keys = list(dict.fromkeys([*simulated, *others]))
@@ -136,7 +138,7 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
             flight=flight,
             pairs=tuple(pairs),
             left_out=tuple(left_out),
-            differences=tuple(_difference(name, pairs) for name in FIGURES),
+            differences=tuple(difference(name, [pair.figures(name) for pair in pairs]) for name in FIGURES),
         )
         for (suite, manager, model, flight), (pairs, left_out) in groups.items()
     ]
@@ -169,22 +171,8 @@ def _reason(sim: RunRow | None, live: RunRow | None) -> str:
     return "; ".join(reasons)
 
 
-def _difference(name: str, pairs: Sequence[Pair]) -> Difference:
-    return difference(
-        name,
-        [
-            (
-                Cluster(pair.alike or pair.scenario, "", pair.seed),
-                getattr(pair.live, name),
-                getattr(pair.sim, name),
-            )
-            for pair in pairs
-        ],
-    )
-
-
 def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> str:
-    """Return the agreement report in one of `AGREEMENT_FORMATS`; as CSV the figures only.
+    """Return the agreement report in one of `AGREEMENT_FORMATS`.
 
     Raises:
         InvalidInputError: the format is unknown.
@@ -197,13 +185,11 @@ def format_agreement(agreements: Sequence[Agreement], form: str = "table") -> st
             lacking = any(estimate and estimate.lacks_interval for estimate in estimates)
             notes = (_METHOD, *((NO_INTERVAL,) if lacking else ()), _RULE)
             return "\n".join([*parts, *map(wrapped, notes)]) + "\n"
-        case "csv":
-            return _as_csv(agreements)
         case "json":
             content = {"rows": [*map(_json, agreements)], "method": _METHOD, "rule": _RULE}
             return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    known = ", ".join(AGREEMENT_FORMATS)
-    raise InvalidInputError(f"The format of an agreement report must be one of {known}, got {form!r}.")
+    known = " or ".join(AGREEMENT_FORMATS)
+    raise InvalidInputError(f"The format of an agreement report must be {known}, got {form!r}.")
 
 
 def _text(agreement: Agreement, *, bag: bool) -> Iterator[str]:
@@ -302,18 +288,3 @@ def _json(agreement: Agreement) -> dict[str, object]:
         ],
         "left_out": [run._asdict() for run in agreement.left_out],
     }
-
-
-def _as_csv(agreements: Sequence[Agreement]) -> str:
-    head = ("manager", "suite", "model", "duration_s", "bag_looped", "flight", "bag_checksum")
-    rows: list[tuple[object, ...]] = [
-        (*head, "figure", "sim", "live", "difference", "ci_low", "ci_high", "pairs", "one_sided", "agrees")
-    ]
-    for agreement in agreements:
-        group = (agreement.manager, agreement.suite, agreement.model, *agreement.flight.to_json().values())
-        for compared in agreement.differences:
-            estimate = compared.difference
-            numbers = (estimate.mean, estimate.low, estimate.high) if estimate else (None,) * 3
-            counts = (compared.pairs, compared.one_sided, agrees(compared))
-            rows.append((*group, compared.figure, compared.second, compared.first, *numbers, *counts))
-    return csv_text(rows)

@@ -58,25 +58,15 @@ _ON_PAGE: Final = {INK: "currentColor", SOFT: "var(--soft)", GRID: "var(--line)"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportFigure:
-    """A figure of a report.
-
-    Attributes:
-        name: of its files.
-        title: its heading in a page.
-        caption: its explanation, in sentences.
-        head: the names of the columns of its data.
-        lines: its data.
-        picture: of matplotlib; None without data to draw.
-        missing: sentences about parts that are not drawn.
-    """
+    """A figure of a report, in files and in a page."""
 
     name: str
     title: str
     caption: str
-    head: Sequence[str]
+    head: Sequence[str]  # the names of the columns of its data
     lines: Sequence[Sequence[object]]
-    picture: "Figure | None"
-    missing: Sequence[str]
+    picture: "Figure | None"  # None without data to draw
+    missing: Sequence[str]  # sentences about parts that are not drawn
 
     def as_csv(self) -> str:
         """Return its data as CSV."""
@@ -125,14 +115,7 @@ def report_drawing(settings: Mapping[str, object] = MappingProxyType({})) -> Ite
 def panels(
     count: int, most_columns: int, height: float, *, sharey: bool = True
 ) -> tuple["Figure", list["Axes"]]:
-    """Return a figure and its panels, which share their horizontal scale.
-
-    Args:
-        count: the number of panels.
-        most_columns: the largest number of panels in a row.
-        height: of each panel [in].
-        sharey: whether they share their vertical scale, too.
-    """
+    """Return a figure and its panels of this height [in], which share their horizontal scale."""
     from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
 
     columns = min(count, most_columns)
@@ -169,17 +152,15 @@ class Style(NamedTuple):
         return {"color": self.colour, "marker": self.marker, "markersize": size, "linestyle": "none", **edge}
 
 
-SHIPPED: Final[Mapping[str, Style]] = MappingProxyType(
-    {
-        "none": Style("#777777", "X"),
-        "random": Style("#CC79A7", "v"),
-        "baseline": Style(BLUE, "o"),
-        "reactive": Style(ORANGE, "s"),
-        "diagnosing": Style("#009E73", "^"),
-        "inspecting": Style("#B2182B", "p"),
-        "oracle": Style(INK, "*"),
-    }
-)
+SHIPPED: Final = {
+    "none": Style("#777777", "X"),
+    "random": Style("#CC79A7", "v"),
+    "baseline": Style(BLUE, "o"),
+    "reactive": Style(ORANGE, "s"),
+    "diagnosing": Style("#009E73", "^"),
+    "inspecting": Style("#B2182B", "p"),
+    "oracle": Style(INK, "*"),
+}
 """The styles of SUNSET's own managing systems, from the least informed to the best informed."""
 
 _COLOURS: Final = ("#56B4E9", "#E69F00", "#8C6BB1", "#A6761D")

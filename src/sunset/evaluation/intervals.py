@@ -49,11 +49,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(100)
 
 
 def within(t: float, degrees: float) -> float:
-    """Return the probability that the magnitude of a number of Student's t distribution is under t.
-
-    Args:
-        t: at least 0.
-        degrees: of freedom, at least 2; also fractions.
+    """Return the probability that a number of Student's t distribution with degrees ≥ 2 is within ± t, for t ≥ 0.
 
     Source: the density in the angle whose tangent is t / √degrees is a power of its cosine (Abramowitz and Stegun,
     Handbook of Mathematical Functions, 26.7), which is integrated after Gauss and Legendre.
@@ -154,12 +150,8 @@ class Spread:
 def spread(top: Sequence[float], bottom: Sequence[float], clusters: Sequence[Cluster]) -> Spread | None:
     """Return the variances of Σ top / Σ bottom; None for fewer than three seeds, which do not show their variance.
 
-    A seed with less than half as many runs as another seed does not count.
-
-    Args:
-        top: a number for each run.
-        bottom: likewise; 1 for each run if the figure is a mean.
-        clusters: likewise.
+    There is a top, a bottom and a cluster for each run; if the figure is a mean, the bottoms are 1. A seed with less
+    than half as many runs as another seed does not count.
     """
     codes = [_codes([cluster[place] for cluster in clusters]) for place in range(len(Cluster._fields))]
     runs = np.bincount(codes[_SEED])
@@ -197,9 +189,7 @@ def _outer(places: Sequence[int], codes: Sequence[_Codes], sizes: Sequence[int])
 def _mean_squares(apart: _Array, levels: Mapping[int, _Codes]) -> tuple[dict[int, float], float]:
     """Return the mean square of each factor and of the rest, over the number of cells.
 
-    Args:
-        apart: the effect of each cell on the figure.
-        levels: factor → the level of each cell.
+    `apart` is the effect of each cell on the figure, and `levels` has the level of each cell by factor.
     """
     squares, unexplained, left = dict[int, float](), float(apart @ apart), len(apart) - 1
     for place, level in levels.items():
@@ -275,11 +265,7 @@ class Estimate:
 
 
 def estimate(values: Sequence[float | None], clusters: Sequence[Cluster]) -> Estimate | None:
-    """Return the mean of the values that are not None, with its interval; None without a value.
-
-    Args:
-        values: of each run.
-        clusters: of each run.
+    """Return the mean of the runs' values that are not None, with its interval; None without a value.
 
     >>> estimate([1.0, None], [Cluster("noise", "town", 1)] * 2)
     Estimate(mean=1.0, std=None, low=None, high=None, runs=1)
@@ -293,13 +279,7 @@ def estimate(values: Sequence[float | None], clusters: Sequence[Cluster]) -> Est
 def estimate_ratio(
     tops: Sequence[float], bottoms: Sequence[float], clusters: Sequence[Cluster]
 ) -> Estimate | None:
-    """Return the mean of the tops over the mean of the bottoms, which is above 0, with its interval.
-
-    Args:
-        tops: of each run; None is returned without a run.
-        bottoms: of each run.
-        clusters: of each run.
-    """
+    """Return the mean of the runs' tops over that of their bottoms, above 0, with its interval; None without runs."""
     if not tops:
         return None
     figure = math.fsum(tops) / math.fsum(bottoms)

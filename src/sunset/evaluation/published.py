@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import inf, isnan
 from pathlib import Path
-from types import MappingProxyType
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -29,18 +28,16 @@ from sunset.system import ENTROPY_SIGNAL, Failure, current_system
 from sunset.system_interfaces.msg import FaultInjection, FrameEvaluation
 from sunset.texts.sentences import tallied
 
-_RENDERERS: Final = MappingProxyType({"table": as_text, "latex": as_latex, "html": as_html})
+_RENDERERS: Final = {"table": as_text, "latex": as_latex, "html": as_html}
 PAPER_FORMATS: Final = (*_RENDERERS, "json")
 
-PUBLISHED: Final[Mapping[str, Quantity]] = MappingProxyType(
-    {
-        "f_resolved_per_adaptation": Quantity(0.89, 0.16),
-        "t_react_s": Quantity(1.44, 1.32),
-        "redeploys_unnecessary": Quantity(2.02, 1.04),
-        "t_down_s": Quantity(6.52, 4.67),
-        "iou": Quantity(0.30, 0.09),
-    }
-)
+PUBLISHED: Final = {
+    "f_resolved_per_adaptation": Quantity(0.89, 0.16),
+    "t_react_s": Quantity(1.44, 1.32),
+    "redeploys_unnecessary": Quantity(2.02, 1.04),
+    "t_down_s": Quantity(6.52, 4.67),
+    "iou": Quantity(0.30, 0.09),
+}
 """The paper's baseline: Wiedholz et al., SUNSET, RoSE '26, Table 1."""
 
 EVALUATOR: Final = "/evaluator_log"
@@ -108,12 +105,9 @@ class LogFigures(NamedTuple):
 
 
 def paper_report(path: Path, form: str = "table", *, progress: Progress | None = None) -> str:
-    """Return the paper's five figures by the published script's rules.
+    """Return the paper's five figures by the published script's rules, in one of `PAPER_FORMATS`.
 
-    Args:
-        path: a folder of runs: each managing system is a row, with its runs of the suite `paper`.
-        form: the format, one of `PAPER_FORMATS`.
-        progress: called with (logs that are done, logs in all).
+    Each managing system is a row, with its runs of the suite `paper`; arguments are as of `load_results`.
 
     Raises:
         InvalidInputError: the format is unknown.

@@ -32,12 +32,9 @@ _CSV_COLUMNS: Final = (
 
 
 def format_runs(runs: Sequence[RunRow], form: str = "table", *, every: bool = False) -> str:
-    """Return the report of runs; as a page with its figures.
+    """Return the report of runs in one of `FORMATS`; as a page with its figures.
 
-    Args:
-        runs: at least one.
-        form: one of `FORMATS`.
-        every: whether a table or LaTeX has every figure instead of the first page.
+    A table or LaTeX has only the first page, unless it has `every` figure.
 
     Raises:
         InvalidInputError: the format is unknown.

@@ -42,20 +42,15 @@ if TYPE_CHECKING:
 _INTERVALS: Final = "Lines are 95 % confidence intervals, where there are enough runs for them."
 _SUFFIXES: Final = (".pdf", ".svg", ".png")
 _ROW_IN: Final = 0.15
-_MOST_ROWS: Final = 54
-"""The number of rows that fit the height of a page."""
-_SINGLE_ROWS: Final = 32
-"""The largest number of rows in a single column; more rows are drawn in two."""
-_HEADING: Final = 40
-_NAME: Final = 11
-"""The number of characters in a line of a heading, and of a narrow title."""
+_MOST_ROWS: Final = 54  # rows that fit the height of a page
+_SINGLE_ROWS: Final = 32  # the most rows in a single column; more rows are drawn in two
+_HEADING: Final = 40  # characters in a line of a heading
+_NAME: Final = 11  # characters in a line of a narrow title
 _FATE_COLOURS: Final = {"cured": BLUE, "masked": "#E69F00", "missed": PAPER}
 """From dark to light, so that they differ in grey, too."""
 
-_Mark = tuple[str, str, Estimate]
-"""The label of a row, its managing system, and its figure."""
-_Group = tuple[str, Sequence[_Mark]]
-"""A heading, and the rows below it."""
+_Mark = tuple[str, str, Estimate]  # the label of a row, its managing system, and its figure
+_Group = tuple[str, Sequence[_Mark]]  # a heading, and the rows below it
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +58,6 @@ class WrittenFigures:
     """The figures of a report, in a folder.
 
     Attributes:
-        folder: the folder.
         figures: their names; each has a file NAME.csv with its data.
         drawn: the names of figures with files NAME.pdf, NAME.svg and NAME.png.
         missing: sentences about parts that are not drawn.
@@ -93,16 +87,11 @@ def write_figures(
 ) -> WrittenFigures:
     """Write the figures of a report, each as PDF, SVG, PNG and its data as CSV, and their captions as text.
 
-    Args:
-        folder: of a run, of a campaign, or of several campaigns.
-        out: the new folder, which must not exist, or be empty.
-        recompute: compute every number from the recorded messages instead of reading it.
-        progress: called with (runs that are read, runs in all).
+    The folder `out` must not exist, or be empty; other arguments are as of `load_results`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        RecordError: the folder is without runs, or a run is damaged.
-        OutputError: the folder exists and is not empty, or cannot be written.
+        OutputError: the folder `out` exists and is not empty, or cannot be written.
     """
     if not can_draw():
         raise MissingExtraError(NEEDS_MATPLOTLIB)
@@ -165,13 +154,13 @@ def _differences(setup: Setup) -> ReportFigure:
         marks: list[_Mark] = []
         for pair in suite.table.differences if suite.table else ():
             first, second = (setup.managers[name] for name in (pair.first, pair.second))
-            won = pair.pairs_won
-            figures = (*_cells(pair.utility), won, pair.p_holm, *_cells(pair.score))
+            figures = (*_cells(pair.utility), pair.pairs_won, pair.p_holm, *_cells(pair.score))
             lines.append((suite.name, first, second, pair.pairs, *figures))
             if pair.utility and suite.table and pair in suite.table.neighbours:
                 marks.append((f"{short_name(first, 14)} − {short_name(second, 14)}", first, pair.utility))
         groups.append((suite.title, marks))
     picture, missing = _rows(setup, groups, "difference in utility", (0,))
+    lacking = "No two managing systems have runs of the same scenario, flight and seed."
     return ReportFigure(
         name="differences",
         title="Paired differences",
@@ -183,9 +172,7 @@ def _differences(setup: Setup) -> ReportFigure:
         ),
         lines=lines,
         picture=picture,
-        missing=missing
-        if picture
-        else ["No two managing systems have runs of the same scenario, flight and seed."],
+        missing=missing if picture else [lacking],
     )
 
 
@@ -218,9 +205,9 @@ def _draw_fates(setup: Setup, counts: Mapping[tuple[Fault, str], Counter[str]]) 
     most = max(title.count("\n") for title in titles)
     picture, grid = panels(len(names), 6, 0.55 + 0.15 * (len(faults) + most))
     for axes, name, title in zip(grid, names, titles, strict=True):
-        left = np.zeros(len(faults))
+        left, fates = np.zeros(len(faults)), [counts.get((fault, name), Counter()) for fault in faults]
         for fate in FATES:
-            shares = np.array([_share(counts.get((fault, name)), fate) for fault in faults])
+            shares = np.array([each[fate] / (each.total() or 1) for each in fates])
             colour = _FATE_COLOURS[fate]
             axes.barh(range(len(faults)), shares, left=left, color=colour, edgecolor=SOFT, linewidth=0.4)
             left += shares
@@ -251,9 +238,8 @@ def _uncured(setup: Setup) -> ReportFigure:
         axes.set_xlim(left=min(0, axes.get_xlim()[0]))
         axes.grid(axis="x")
         _label_faults(axes, faults)
-        add_legend(
-            picture, [Line2D([], [], **setup.looks[name].points, label=short_name(name)) for name in names]
-        )
+        looks = {short_name(name): setup.looks[name].points for name in names}
+        add_legend(picture, [Line2D([], [], **points, label=name) for name, points in looks.items()])
     return ReportFigure(
         name="uncured",
         title="Time without a cure by fault",
@@ -325,10 +311,6 @@ def _draw_rows(axes: "Axes", column: Sequence[_Group], looks: Mapping[str, Style
             ticks[place] = short_name(name, 31)
             place += 1
     axes.set_yticks(list(ticks), list(ticks.values()))
-
-
-def _share(counts: Counter[str] | None, fate: str) -> float:
-    return counts[fate] / counts.total() if counts else 0.0
 
 
 def _cells(estimate: Estimate | None) -> tuple[float | None, ...]:

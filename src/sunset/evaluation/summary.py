@@ -135,10 +135,8 @@ def named_groups(
 ) -> list[tuple[str, list[RunRow]]]:
     """Return the names of rows, as of `summarise`, with their runs.
 
-    Args:
-        rows: the runs.
-        by_flight: whether flights have different rows, and names the settings; durations always have different rows.
-        name_suite: whether names have the suite.
+    Unless it is `by_flight`, all flights of a duration are in a row, and names have no settings. Names have the suite
+    if `name_suite`.
     """
     runs = list(rows)
     groups: dict[tuple[object, ...], list[RunRow]] = {}
@@ -158,13 +156,9 @@ def named_groups(
 
 
 def setting_label(run: RunRow, runs: Sequence[RunRow], part: str = "", *, by_flight: bool = True) -> str:
-    """Return the settings in a row's name: unusual settings, and settings that differ within a report.
+    """Return the settings in the name of a run's row: unusual settings, and settings that differ within a report.
 
-    Args:
-        run: a run of the row.
-        runs: all runs of the report.
-        part: the text behind the model.
-        by_flight: whether flights have different rows.
+    `runs` are all runs of the report, and `part` is the text behind the model.
     """
     several_models, several_bags, several_middlewares, several_versions = (
         len({value(other) for other in runs}) > 1

@@ -47,13 +47,7 @@ figure pre { overflow: auto; max-height: 20rem; font-size: .8rem; }
 
 
 def as_html(report: Report, more: str = "", figures: str = "") -> str:
-    """Return a report as a page of HTML.
-
-    Args:
-        report: its tables and notes.
-        more: HTML behind the tables.
-        figures: HTML before the paper's table.
-    """
+    """Return a report as a page of HTML, with `more` HTML behind its tables, and `figures` before the paper's."""
     parts = [_table(block) for block in report.blocks]
     labels = [block.label for block in report.blocks]
     parts.insert(labels.index(PAPER_LABEL) if PAPER_LABEL in labels else len(parts), figures)

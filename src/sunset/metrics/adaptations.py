@@ -23,12 +23,11 @@ class ExecutedAdaptation:
 
     Attributes:
         time: when its command was received, for a restart the first [s].
-        node: the node, without namespace.
+        node: without namespace.
         kind: `restart`, `redeploy`, `activate`, `deactivate`, `configure`, `cleanup`, `set_parameter` or
             `change_topic`.
         client: the full name of the node that requested it.
-        parameters: the names of the parameters that were set.
-        values: their values as text.
+        values: of the parameters that were set, as text.
         begun: when the shutdown before a redeploy was received [s].
         completed: when the activation of a restart was received [s].
     """

@@ -13,18 +13,16 @@ import numpy.typing as npt
 
 from sunset.metrics.timeline import NUMBER_OF_CLASSES, Counts
 
-_EXACT: Final = 1 << 24
-"""The number of pixels that can be counted exactly with `float32`."""
+_EXACT: Final = 1 << 24  # pixels that can be counted exactly with `float32`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClassCounts:
-    """Pixels of each class in an image, or in several images together.
+    """Pixels of each class (28,) in an image, or in several images together.
 
     Attributes:
-        intersection: (28,) in the prediction and in the truth.
-        predicted: (28,) in the prediction, where the truth is a class.
-        truth: (28,) in the truth.
+        intersection: in the prediction and in the truth.
+        predicted: in the prediction, where the truth is a class.
     """
 
     intersection: Counts
@@ -75,11 +73,7 @@ def _classes(indices: npt.NDArray[np.integer]) -> npt.NDArray[np.integer]:
 
 
 def class_iou(counts: ClassCounts) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-    """Return each class's IoU, 0 where it is absent, and which classes are present.
-
-    Returns:
-        (28,) IoU in [0, 1], and (28,) whether the class is in the prediction or in the truth.
-    """
+    """Return each class's IoU (28,) in [0, 1], 0 where it is absent, and whether it is present in either (28,)."""
     union = counts.predicted + counts.truth - counts.intersection
     present = union > 0
     return counts.intersection / np.maximum(union, 1), present
@@ -96,13 +90,7 @@ def image_iou(counts: ClassCounts) -> float:
 
 
 def accumulated_iou(intersection: Counts, predicted: Counts, truth: Counts) -> float | None:
-    """Return the mIoU of a data set, in [0, 1], from the summed counts of N images; None without a class.
-
-    Args:
-        intersection: (N, 28) as of `ClassCounts`.
-        predicted: (N, 28).
-        truth: (N, 28).
-    """
+    """Return the mIoU of a data set, in [0, 1], from the counts (N, 28) of N images; None without a class."""
     total = ClassCounts(intersection.sum(axis=0), predicted.sum(axis=0), truth.sum(axis=0))
     iou, present = class_iou(total)
     return float(iou[present].mean()) if present.any() else None

@@ -20,11 +20,8 @@ LEVELS: Final = ("detected", "located", "identified", "top1")
 def diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> dict[str, Any]:
     """Return the figures of a run's diagnoses.
 
-    A diagnosis holds until the next diagnosis; before the first, all probabilities are 0.
-
-    Args:
-        timeline: of the run.
-        faults: each fault, each time that it came.
+    A diagnosis holds until the next diagnosis; before the first, all probabilities are 0. `faults` has each fault, each
+    time that it came.
     """
     catalogue = current_system().faults
     delays: list[dict[str, float]] = [{} for _ in faults]  # level that a fault reached → time since its onset

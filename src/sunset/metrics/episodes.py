@@ -46,7 +46,7 @@ class Episode:
     """An occurrence of a failure.
 
     Attributes:
-        failure: its name, such as `F1`.
+        failure: such as `F1`.
         began: when the failure began [s].
         holds: when its symptom began to hold [s].
         ended: when its symptom stopped [s]; None if it held to the end.
@@ -145,9 +145,7 @@ def excesses(samples: Samples, signal: Signal, threshold: float, *, duration_s: 
         elif holding is not None and not beyond:
             spells.append(Spell(*holding, time, turned))
             holding = None
-    if holding is not None:
-        spells.append(Spell(*holding, None))
-    return _within(spells)
+    return _within([*spells, Spell(*holding, None)] if holding else spells)
 
 
 def _within(spells: Sequence[Spell]) -> list[Spell]:

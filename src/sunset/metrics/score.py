@@ -21,46 +21,9 @@ _GAP_PERIODS: Final = 2  # a gap up to this many periods is the expected rate, w
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunMetrics:
-    """The figures of a run, as `docs/metrics.md` defines them; None where a figure is not applicable.
+    """The figures of a run; None where a figure is not applicable. `docs/metrics.md` defines each by its name.
 
     Attributes:
-        f_resolved_per_adaptation: resolved episodes over executed adaptations.
-        t_react_s: mean over resolved episodes, from when the failure began to the command [s].
-        t_detect_s: likewise, from when it began to when its symptom held.
-        t_decide_s: likewise, from when its symptom held to the command.
-        t_repair_s: likewise, from the command to when the symptom was gone.
-        redeploys_unnecessary: redeploys of a node without a fault that only a redeploy cures.
-        t_down_s: time without segmentation at the expected rate [s].
-        availability: the share of the experiment that is not `t_down_s`, in [0, 1].
-        iou: mean IoU of the evaluated frames.
-        iou_all: mean IoU of all frames that have a truth, in which lost frames count 0.
-        miou: mIoU from the summed counts of all evaluated frames.
-        episodes: episodes of failures.
-        episodes_resolved: episodes that an adaptation ended.
-        episodes_unresolved: all other episodes.
-        episodes_subsided: unresolved episodes that ended.
-        adaptations: executed adaptations.
-        faults_injected: faults that came.
-        faults_cured: faults that were cured.
-        faults_masked: faults that were masked for some time.
-        masked_s: time in which any fault was masked [s].
-        uncured_s: mean over faults of the time without a cure in place [s].
-        needless: adaptations that are not a step of a cure of a present fault.
-        cost_frames: the prices of all adaptations, in frames.
-        iou_healthy: mean IoU of the frames before the first fault.
-        utility: `iou_all` less `cost_frames` as a share of all frames, times `iou_healthy`.
-        frames_without_truth: frames without a pixel of a known class, which count for no figure of quality.
-        diagnoses: diagnoses that were published until the end of the run.
-        faults_detected: faults whose diagnoses reported any fault, up to the end of their window.
-        faults_located: likewise, a fault of their node.
-        faults_identified: likewise, the fault itself.
-        faults_top1: faults among the k most probable faults, where k faults were present.
-        t_detected_s: mean over detected faults, from the onset to the first such diagnosis [s].
-        t_located_s: likewise, of located faults.
-        t_identified_s: likewise, of identified faults.
-        false_alarms: how often diagnoses began to report a fault while none was present.
-        faultless_s: time without a fault [s].
-        brier: mean over time and over the faults of the catalogue of (probability − presence)², in [0, 1].
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
         outcomes: the outcome of each fault, in order of time.
@@ -166,11 +129,10 @@ def downtime(times: npt.NDArray[np.float64], *, period_s: float, duration_s: flo
     """Return the total time in [0, `duration_s`] without messages at the expected rate.
 
     Every gap of more than two periods counts whole, as far as it lies in the experiment, also before the first message
-    and after the last.
+    and after the last. The last message before 0 begins the first gap, which begins at 0 without such a message.
 
     Args:
-        times: (N,) ascending, when messages left [s]. The last message before 0 begins the first gap, which begins at 0
-            without such a message.
+        times: (N,) ascending, when messages left [s].
         period_s: the expected time between two messages.
         duration_s: the end of the experiment.
 

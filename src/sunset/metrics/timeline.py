@@ -40,11 +40,7 @@ Counts = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """A measured value over time.
-
-    Attributes:
-        times: (N,) when each sample was reported [s].
-        values: (N,) the samples.
+    """A measured value over time: (N,) finite values, and when each was reported [s].
 
     Raises:
         RecordError: a value is not finite.
@@ -61,13 +57,11 @@ class Samples:
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """A fault that was injected, and confirmed by its node.
+    """A fault of the catalogue that was injected at a time [s], and confirmed by its node.
 
     Attributes:
-        time: when [s].
-        fault: its name in the catalogue.
         failure: the failure that it shows as, such as `F1`.
-        node: its node, with or without the managed system's namespace.
+        node: with or without the managed system's namespace.
         internal: whether it ends with the node's process.
         redeploy_only: whether only a redeploy of the node cures it.
         ended: when it ended [s]; None if it did not, or the record does not say so.
@@ -109,8 +103,7 @@ class Command:
         client: the full name of the node that sent it.
         node: the node to be changed, with or without the managed system's namespace.
         kind: `set_parameters`, `activate`, `deactivate`, `configure`, `cleanup`, `shutdown` or `redeploy`.
-        parameters: the names of the parameters that it sets.
-        values: their values as text.
+        values: of the parameters that it sets, as text.
         successful: whether the answer is positive.
     """
 
@@ -144,12 +137,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """A diagnosis of the managing system.
-
-    Attributes:
-        time: when it was published [s].
-        probabilities: fault → its probability.
-    """
+    """A diagnosis that the managing system published at a time [s]: fault → its probability."""
 
     time: float
     probabilities: Mapping[str, float]
@@ -191,15 +179,12 @@ class Timeline:
     """The input of the metrics of a run. Sequences are in order of time, and include the warm-up.
 
     Attributes:
-        duration_s: the measured time [s].
         period_s: the expected time between two messages of a topic [s].
         message_times: full topic name → (N,) times [s] at which its messages left; without silent topics.
         samples: name of a signal → its samples; without silent signals.
         thresholds: name of a signal's threshold → the threshold; missing thresholds are the system description's.
-        injections: the faults.
         commands: of all clients.
         settings: of the bring-up, too.
-        diagnoses: of the managing system.
         frames: the evaluated frames that have a truth.
         without_truth: (N,) when frames without a pixel of a known class were published [s].
         expected_frames: the number of frames of the measured time, with lost frames.
@@ -224,14 +209,10 @@ class Timeline:
     def __post_init__(self) -> None:
         """Complete the thresholds."""
         signals = [signal for signal in current_system().signals.values() if signal.has_threshold]
-        complete = {
-            signal.threshold_name: self.thresholds.get(signal.threshold_name, signal.threshold)
-            for signal in signals
-        }
-        for name, threshold in complete.items():
-            if threshold is None:
-                raise RecordError(f"The {name} of a timeline must be finite, got None.")
-        object.__setattr__(self, "thresholds", complete)
+        known = {signal.threshold_name: signal.threshold for signal in signals} | dict(self.thresholds)
+        if lacking := [name for name, threshold in known.items() if threshold is None]:
+            raise RecordError(f"The {lacking[0]} of a timeline must be finite, got None.")
+        object.__setattr__(self, "thresholds", known)
 
     @property
     def has_truth(self) -> bool:

@@ -97,7 +97,6 @@ class FaultOutcome:
     """The outcome of a fault.
 
     Attributes:
-        fault: its name.
         failure: the failure that it shows as.
         began: its onset [s].
         until: when it healed, an adaptation ended it, or the experiment ended [s].
@@ -141,14 +140,9 @@ def fault_outcomes(
 ) -> tuple[tuple[FaultOutcome, ...], float | None]:
     """Return the outcome of each fault, and for how long any of them was masked [s].
 
-    The time is None without a fault, or where no frame has a truth.
-
-    Args:
-        timeline: of the run.
-        faults: its faults.
-        episodes: of all failures, which say when symptoms held.
-        parts: its adaptations, in order of time, separately for each parameter of a call.
-        healthy: the mean IoU of healthy frames; None without such frames.
+    The time is None without a fault, or where no frame has a truth. Episodes say when symptoms held, `parts` are the
+    adaptations, in order of time, separately for each parameter of a call, and `healthy` is the mean IoU of healthy
+    frames, if there are any.
     """
     settings = Settings(timeline.settings)
     is_bad = timeline.frames.iou < MASKING_SHARE * (healthy or 0.0)
@@ -191,11 +185,8 @@ def needless_adaptations(
 ) -> tuple[ExecutedAdaptation, ...]:
     """Return the adaptations that are not a step of a cure of a fault present at the time.
 
-    A fault that comes and goes is present until an adaptation has cured it while it was away.
-
-    Args:
-        parts: the adaptations, separately for each parameter of a call.
-        faults: of the run.
+    A fault that comes and goes is present until an adaptation has cured it while it was away. `parts` are the
+    adaptations, separately for each parameter of a call.
     """
     return tuple(part for part in parts if not any(_treats(part, fault) for fault in faults))
 

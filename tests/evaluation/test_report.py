@@ -14,7 +14,7 @@ import pytest
 import sunset
 from sunset.cli import main
 from sunset.errors import InvalidInputError
-from sunset.evaluation.latex import escape_latex
+from sunset.evaluation.formats import escape_latex
 from sunset.evaluation.report import FORMATS, format_report
 from sunset.evaluation.results import FIGURES, Flight, RunRow
 from sunset.evaluation.scores import score_tables

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from sunset.errors import InvalidInputError, RecordError
-from sunset.evaluation.blocks import wrapped
 from sunset.evaluation.differences import Difference, difference
+from sunset.evaluation.formats import wrapped
 from sunset.evaluation.intervals import NO_INTERVAL, Cluster
 from sunset.evaluation.results import FIGURES, Flight, RunRow, load_results
 from sunset.metrics import RunMetrics, score

@@ -5,8 +5,8 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
-from sunset.evaluation.blocks import PAPER_LABEL, Block, Cell, Column, Line, Quantity, Report
 from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
+from sunset.evaluation.formats import PAPER_LABEL, Block, Cell, Column, Line, Quantity, Report
 from sunset.evaluation.intervals import DEVIATIONS, INTERVALS, NO_INTERVAL, Estimate
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import HARM, NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable

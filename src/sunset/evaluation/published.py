@@ -15,11 +15,9 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sunset.errors import InvalidInputError, RecordError
-from sunset.evaluation.blocks import Block, Column, Line, Quantity, Report, as_text
-from sunset.evaluation.latex import as_latex
+from sunset.evaluation.formats import Block, Column, Line, Quantity, Report, as_html, as_latex, as_text
 from sunset.evaluation.results import load_results
 from sunset.evaluation.summary import named_groups
-from sunset.evaluation.webpage import as_html
 from sunset.metrics import ExecutedAdaptation, Spell, Timeline, executed_adaptations, spells_of
 from sunset.processes.workers import Progress
 from sunset.recording import check_extensions, measured_topics, read_messages, read_run, timeline_of

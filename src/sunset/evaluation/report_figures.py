@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from sunset.errors import MissingExtraError
-from sunset.evaluation.blocks import short_name
 from sunset.evaluation.figure_frame import (
     GRID,
     PAPER,
@@ -24,6 +23,7 @@ from sunset.evaluation.figure_frame import (
     report_drawing,
 )
 from sunset.evaluation.figure_runs import Fault, Setup, outcomes_of, scores_of, setup_of
+from sunset.evaluation.formats import short_name
 from sunset.evaluation.intervals import Estimate
 from sunset.evaluation.results import RunRow, load_results
 from sunset.evaluation.scores import LEAST_GAIN, ScoreTable, score_tables

@@ -21,8 +21,12 @@ from sunset.texts.names import PLAN_FILE, RUN_FILE
 FIGURES: Final = RunMetrics.names()
 """The names of a run's figures, as of `RunMetrics`."""
 
-_CHECKSUM: Final = 8
-"""Digits of a short checksum."""
+_CHECKSUM: Final = 8  # digits of a short checksum
+_SAME: Final = (
+    *("scenario", "suite", "manager", "seed", "model", "middleware", "digest", "valid", "reason", "evidence"),
+    *("task", "is_empty"),
+)
+"""The fields of a row that `run.json` has, too."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -48,12 +52,8 @@ class Flight:
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
-        return {
-            "duration_s": self.duration_s,
-            "bag_looped": self.looped,
-            "flight": self.name,
-            "bag_checksum": self.bag,
-        }
+        flight = {"flight": self.name, "bag_checksum": self.bag}
+        return {"duration_s": self.duration_s, "bag_looped": self.looped, **flight}
 
     def label(self, *, bag: bool = False) -> str:
         """Return the suffix for a name: differences from the paper's flight and, if `bag`, the flight.
@@ -82,14 +82,10 @@ class RunRow:
         faults: a short checksum of the scenario's faults.
         alike: the degradations by which runs are clustered, else the outages.
         suite_size: the number of scenarios in its suite; 0 if it is unknown.
-        digest: of the record's messages.
         metrics: the figures by name; None where a figure is not applicable.
-        outcomes: of its faults.
         frames: the number of frames of the measured time.
-        evidence: of its managing system.
         version: of SUNSET and of extensions; empty if it is unknown.
         others: package → version, also of packages that its managing system imported.
-        valid: whether the run is valid.
         reason: why it is invalid.
         task: of its managing system, `repair` or `diagnose`.
         thinking_s: the experiment's time that each decision took [s].
@@ -150,12 +146,12 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     """Return every run below a folder, in order of its path in its campaign.
 
     So the shards of a campaign in different folders give the same order as the whole. Two copies of a run are returned
-    once.
+    once. Hidden folders have unfinished runs, and are skipped.
 
     Args:
-        folder: of a run, of a campaign, or of several campaigns; hidden folders have unfinished runs, and are skipped.
+        folder: of a run, of a campaign, or of several campaigns.
         again: compute the figures from the recorded messages instead of reading them.
-        progress: called after each run.
+        progress: called with (runs that are read, runs in all).
 
     Raises:
         RecordError: the folder is missing or without runs, or a run is damaged.
@@ -224,32 +220,20 @@ def _with_checksums(rows: Sequence[RunRow], name: str, checksum: str) -> list[Ru
 def _read(folder: Path, *, again: bool) -> RunRow:
     run = read_run(folder)
     computed = score(read_timeline(folder)) if again and not run.is_empty else None
-    extensions = " and ".join(
-        f"{name} {sha[:_CHECKSUM]}" for name, sha in sorted((run.extensions or {}).items())
-    )
+    extended = [f"{name} {sha[:_CHECKSUM]}" for name, sha in sorted((run.extensions or {}).items())]
+    others = {name: version for name, version in run.versions.items() if name != "sunset"}
     return RunRow(
+        **{name: getattr(run, name) for name in _SAME},
         folder=folder,
-        scenario=run.scenario,
-        suite=run.suite,
-        manager=run.manager,
-        seed=run.seed,
-        model=run.model,
-        middleware=run.middleware,
-        digest=run.digest,
-        valid=run.valid,
-        reason=run.reason,
         metrics=computed.to_json() if computed else stored_figures(run, folder / RUN_FILE),
         outcomes=computed.outcomes if computed else run.fault_outcomes,
         frames=run.expected_frames,
-        evidence=run.evidence,
         differing=differences(run, computed) if computed else (),
-        version=run.versions.get("sunset", "") + (f" with {extensions}" if extensions else ""),
-        others={name: value for name, value in run.versions.items() if name != "sunset"}
-        | (run.manager_versions or {}),
+        version=run.versions.get("sunset", "") + (f" with {' and '.join(extended)}" if extended else ""),
+        others=others | (run.manager_versions or {}),
         setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds}),
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
-        task=run.task,
         thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
         alike=run.alike or "",
@@ -257,7 +241,6 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         failed=run.manager_failed or "",
         missing_walls=run.missing_walls or (),
         warning=run.flight_warning or "",
-        is_empty=run.is_empty,
     )
 
 

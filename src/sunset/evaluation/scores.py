@@ -45,17 +45,13 @@ class ScoreRow:
 
     Attributes:
         system: the row's name.
-        manager: the managing system.
         evidence: `symptoms` or `images`; `nothing` and `faults` for the references.
-        runs: the number of runs.
-        invalid: the number of invalid runs.
         missing: the number of runs that only other managing systems of the table have.
         score: over the runs with something to repair; None without such runs.
         harm: the utility of never repairing less its own, over the other runs; None without such runs.
         unpaired: the number of runs without valid runs of both references, which count for neither.
         estimates: figure → estimate over the valid runs.
         faults: the number of faults in the valid runs.
-        cured: the number of cured faults.
     """
 
     system: str
@@ -87,11 +83,9 @@ class ScoreRow:
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
+        names = ("system", "manager", "evidence", "is_reference", "runs")
         return {
-            **{
-                name: getattr(self, name)
-                for name in ("system", "manager", "evidence", "is_reference", "runs")
-            },
+            **{name: getattr(self, name) for name in names},
             "runs_invalid": self.invalid,
             "runs_missing": self.missing,
             "runs_unpaired": self.unpaired,

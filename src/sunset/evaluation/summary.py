@@ -1,5 +1,6 @@
 """The rows of the table, with the runs of a managing system each."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -19,10 +20,14 @@ from sunset.metrics import FATES, FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES
 from sunset.system import REPAIR
 
-_REFERENCE_FIGURES: Final = ("iou", "iou_all", "miou", "frames_without_truth")
-"""The figures of rows that judge no managing system."""
 PAPER_SUITES: Final = frozenset({"paper", "nofault", "degraded"})
 """The suites of the paper's table."""
+_REFERENCE_FIGURES: Final = (
+    "iou",
+    "iou_all",
+    "miou",
+    "frames_without_truth",
+)  # they judge no managing system
 _SUITES: Final = ("paper", "artifact", "nofault", "degraded")
 _SUITE_LABELS: Final = MappingProxyType(
     {"paper": "", "nofault": ", no faults", "degraded": ", F4 and F5", "": " (own scenarios)"}
@@ -95,11 +100,8 @@ class SystemRow:
     @property
     def fates(self) -> dict[str, dict[str, int]]:
         """The number of faults by fate: fault → fate → number."""
-        names = sorted({outcome.fault for outcome in self.outcomes})
-        counts = {name: dict.fromkeys(FATES, 0) for name in names}
-        for outcome in self.outcomes:
-            counts[outcome.fault][outcome.fate] += 1
-        return counts
+        counts = Counter((outcome.fault, outcome.fate) for outcome in self.outcomes)
+        return {name: {fate: counts[name, fate] for fate in FATES} for name in sorted({f for f, _ in counts})}
 
 
 def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:

@@ -66,27 +66,17 @@ Figures: TypeAlias = Mapping[Experiment, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ManagerDifference:
-    """The difference between two managing systems; figures are None where they are not applicable.
-
-    Attributes:
-        pairs: the number of common runs.
-        score: the first's score less the second's.
-        utility: the first's utility less the second's.
-        pairs_won: the share of pairs in which the first has more utility, ties by half.
-        p_holm: of the difference in utility, adjusted after Holm.
-        detectable: the difference in utility that such campaigns detect with a power of `POWER`.
-        runs_needed: the runs of each that detect `DIFFERENCE` with that power.
-    """
+    """The difference between two rows; figures are None where they are not applicable."""
 
     first: str
     second: str
-    pairs: int
-    score: Estimate | None
-    utility: Estimate | None
-    pairs_won: float | None
-    p_holm: float | None
-    detectable: float | None
-    runs_needed: int | None
+    pairs: int  # the number of common runs
+    score: Estimate | None  # the first's score less the second's
+    utility: Estimate | None  # the first's utility less the second's
+    pairs_won: float | None  # the share of pairs in which the first has more utility, ties by half
+    p_holm: float | None  # of the difference in utility, adjusted after Holm
+    detectable: float | None  # the difference in utility that such campaigns detect with a power of `POWER`
+    runs_needed: int | None  # the runs of each that detect `DIFFERENCE` with that power
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
@@ -102,13 +92,9 @@ def differences(
     clusters: Mapping[Experiment, Cluster],
     pairs: Iterable[tuple[str, str]],
 ) -> tuple[ManagerDifference, ...]:
-    """Return the differences between pairs of managing systems.
+    """Return the differences between pairs of managing systems, named by their keys in `systems`, in utility.
 
-    Args:
-        systems: name → utility of the runs.
-        gains: the gain of repairing in each run that counts for the score.
-        clusters: of each run.
-        pairs: the names to compare.
+    `gains` are those of repairing in each run that counts for the score.
     """
     compared = [_difference(*pair, systems, gains, clusters) for pair in pairs]
     adjusted = iter(holm([each.p_holm for each in compared if each.p_holm is not None]))
@@ -208,20 +194,13 @@ def reaches(spread: Spread, design: Design) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
-    """A figure of two managing systems, one of `FIGURES`, over the pairs in which both have it.
-
-    Attributes:
-        first: the mean of the first; None without pairs.
-        second: the mean of the second.
-        difference: the estimate of first - second.
-        one_sided: the number of other pairs, in which only one of the two has the figure.
-    """
+    """A figure of two managing systems, one of `FIGURES`, over the pairs in which both have it."""
 
     figure: str
-    first: float | None
+    first: float | None  # the mean of the first; None without pairs
     second: float | None
-    difference: Estimate | None
-    one_sided: int = 0
+    difference: Estimate | None  # of first - second
+    one_sided: int = 0  # the number of other pairs, in which only one of the two has the figure
 
     @property
     def pairs(self) -> int:
@@ -243,17 +222,12 @@ def difference(figure: str, rows: Sequence[tuple[Cluster, float | None, float | 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairedComparison:
-    """Two managing systems, figure by figure.
-
-    Attributes:
-        pairs: the number of pairs of valid runs.
-        left_out: the number of valid runs without a valid counterpart.
-    """
+    """Two managing systems, figure by figure."""
 
     first: str
     second: str
-    pairs: int
-    left_out: int
+    pairs: int  # of valid runs
+    left_out: int  # valid runs without a valid counterpart
     differences: tuple[Difference, ...]
 
     def __getitem__(self, figure: str) -> Difference:

@@ -97,16 +97,13 @@ class Design(NamedTuple):
 class Spread:
     """The variances of a figure between campaigns of the same size.
 
-    A factor of fewer than three levels is fixed, and does not vary.
-
-    Attributes:
-        parts: factors, by place in `Cluster` → the variance between their levels; for several factors, of their
-            interaction. The variance of seeds is below 0 where they differ less than the rest.
-        sizes: the number of levels of each factor of `Cluster`.
+    Factors, by their places in `Cluster`, have the variance between their levels; several factors that of their
+    interaction. A factor of fewer than three levels is fixed, and does not vary. The variance of seeds is below 0 where
+    they differ less than the rest.
     """
 
     parts: Mapping[_Factors, float]
-    sizes: Design
+    sizes: Design  # the number of levels of each factor
 
     @property
     def error(self) -> float:
@@ -225,23 +222,14 @@ def _parts(squares: Mapping[int, float], rest: float, sizes: Sequence[int]) -> d
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A figure of several runs.
+    """A figure of several runs."""
 
-    Attributes:
-        mean: over the runs that have the figure.
-        std: their sample standard deviation (division by n - 1); None for a single run or a ratio.
-        low: lower end of the mean's 95 % confidence interval; None for fewer than three seeds.
-        high: its upper end.
-        runs: the number of runs that have the figure.
-        spread: the variances behind the interval; None without an interval.
-    """
-
-    mean: float
-    std: float | None
-    low: float | None
+    mean: float  # over the runs that have the figure
+    std: float | None  # their sample standard deviation (division by n - 1); None for a single run or a ratio
+    low: float | None  # the lower end of the mean's 95 % interval; None for fewer than three seeds
     high: float | None
-    runs: int
-    spread: Spread | None = field(default=None, repr=False, compare=False)
+    runs: int  # the number of runs that have the figure
+    spread: Spread | None = field(default=None, repr=False, compare=False)  # None without an interval
 
     @property
     def interval(self) -> tuple[float, float] | None:

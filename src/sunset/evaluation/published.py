@@ -71,34 +71,21 @@ _TOLERANCE_S: Final = 1e-6
 
 
 class LogRow(NamedTuple):
-    """A row of a log.
+    """A row of a log."""
 
-    Attributes:
-        time_ns: on the experiment's clock.
-        source: the writer, such as `EVALUATOR`.
-        status: of the strategy, such as `EXECUTED`; 0 when a rule of the analyzer triggers.
-        iou: of the evaluator's frame, NaN without labels.
-    """
-
-    time_ns: int
-    source: str
+    time_ns: int  # on the experiment's clock
+    source: str  # the writer, such as `EVALUATOR`
     rule: str = ""
     strategy: str = ""
-    status: int = 0
-    iou: float = 0.0
+    status: int = 0  # of the strategy, such as `EXECUTED`; 0 when a rule of the analyzer triggers
+    iou: float = 0.0  # of the evaluator's frame, NaN without labels
     fault: str = ""
 
 
 class LogFigures(NamedTuple):
-    """The figures of a log.
+    """The values of each of the paper's five figures: of t_react for each success, of IoU for each frame."""
 
-    Attributes:
-        refused: why the script counts only redeploys; empty if it counts everything.
-        values: of each of the paper's five figures: of t_react for each success, of IoU for each frame, and at most a
-            single value of the others.
-    """
-
-    refused: str
+    refused: str  # why the script counts only redeploys; empty if it counts everything
     values: Mapping[str, Sequence[float]]
 
 

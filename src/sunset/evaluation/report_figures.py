@@ -55,18 +55,12 @@ _Group = tuple[str, Sequence[_Mark]]  # a heading, and the rows below it
 
 @dataclass(frozen=True, slots=True)
 class WrittenFigures:
-    """The figures of a report, in a folder.
-
-    Attributes:
-        figures: their names; each has a file NAME.csv with its data.
-        drawn: the names of figures with files NAME.pdf, NAME.svg and NAME.png.
-        missing: sentences about parts that are not drawn.
-    """
+    """The figures of a report, in a folder."""
 
     folder: Path
-    figures: tuple[str, ...]
-    drawn: tuple[str, ...]
-    missing: tuple[str, ...]
+    figures: tuple[str, ...]  # names; each has a file NAME.csv with its data
+    drawn: tuple[str, ...]  # the names of figures with files NAME.pdf, NAME.svg and NAME.png
+    missing: tuple[str, ...]  # sentences about parts that are not drawn
 
     def __str__(self) -> str:
         """Return a summary in sentences."""

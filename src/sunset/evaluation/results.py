@@ -31,19 +31,12 @@ _SAME: Final = (
 
 @dataclass(frozen=True, slots=True, order=True)
 class Flight:
-    """The flight of a run.
+    """The flight of a run."""
 
-    Attributes:
-        duration_s: the measured time [s].
-        looped: whether the bag is repeated after its end.
-        bag: the bag's checksum; empty if it is unknown.
-        name: the flight's name; empty if it is unknown.
-    """
-
-    duration_s: float
-    looped: bool = False
-    bag: str = ""
-    name: str = ""
+    duration_s: float  # the measured time
+    looped: bool = False  # whether the bag is repeated after its end
+    bag: str = ""  # the bag's checksum; empty if it is unknown
+    name: str = ""  # empty if it is unknown
 
     @property
     def short_bag(self) -> str:
@@ -70,61 +63,37 @@ class Flight:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRow:
-    """A stored run.
-
-    Attributes:
-        scenario: its name, with `faults` where scenarios with this name differ.
-        suite: empty for a user's own scenario.
-        manager: its name, with `sources` where managing systems with this name differ.
-        model: its name, with `setting` where models with this name differ.
-        setting: a short checksum of the model's networks, and of its thresholds on the flight.
-        sources: a short checksum of the managing system's files; empty if it is unknown.
-        faults: a short checksum of the scenario's faults.
-        alike: the degradations by which runs are clustered, else the outages.
-        suite_size: the number of scenarios in its suite; 0 if it is unknown.
-        metrics: the figures by name; None where a figure is not applicable.
-        frames: the number of frames of the measured time.
-        version: of SUNSET and of extensions; empty if it is unknown.
-        others: package → version, also of packages that its managing system imported.
-        reason: why it is invalid.
-        task: of its managing system, `repair` or `diagnose`.
-        thinking_s: the experiment's time that each decision took [s].
-        failed: how its managing system failed, in a sentence; empty if it did not.
-        missing_walls: the missing walls around a user's own managing system.
-        warning: a sentence about the flight with this model; may be empty.
-        is_empty: whether the whole run failed, so that record and figures are missing.
-        differing: the figures whose stored value differs from the computed value.
-    """
+    """A stored run."""
 
     folder: Path
-    scenario: str
-    suite: str
-    manager: str
+    scenario: str  # with `faults` where scenarios with this name differ
+    suite: str  # empty for a user's own scenario
+    manager: str  # with `sources` where managing systems with this name differ
     seed: int
-    model: str
-    setting: str
+    model: str  # with `setting` where models with this name differ
+    setting: str  # a short checksum of the model's networks, and of its thresholds on the flight
     middleware: str
     digest: str
-    metrics: Mapping[str, float | None]
+    metrics: Mapping[str, float | None]  # the figures by name; None where a figure is not applicable
     flight: Flight
     outcomes: tuple[FaultOutcome, ...] = ()
-    frames: int = 200
+    frames: int = 200  # the number of frames of the measured time
     evidence: Evidence = "symptoms"
-    sources: str = ""
-    faults: str = ""
-    alike: str = ""
-    suite_size: int = 0
-    task: str = REPAIR
-    thinking_s: float = 0.0
-    version: str = ""
-    others: Mapping[str, str] = field(default_factory=dict)
+    sources: str = ""  # a short checksum of the managing system's files; empty if it is unknown
+    faults: str = ""  # a short checksum of the scenario's faults
+    alike: str = ""  # the degradations by which runs are clustered, else the outages
+    suite_size: int = 0  # the number of scenarios in its suite; 0 if it is unknown
+    task: str = REPAIR  # of its managing system, `repair` or `diagnose`
+    thinking_s: float = 0.0  # the experiment's time that each decision took
+    version: str = ""  # of SUNSET and of extensions; empty if it is unknown
+    others: Mapping[str, str] = field(default_factory=dict)  # package → version, as in `run.json`
     valid: bool = True
-    reason: str = ""
-    failed: str = ""
-    missing_walls: tuple[str, ...] = ()
-    warning: str = ""
-    is_empty: bool = False
-    differing: tuple[str, ...] = ()
+    reason: str = ""  # why it is invalid
+    failed: str = ""  # how its managing system failed, in a sentence; empty if it did not
+    missing_walls: tuple[str, ...] = ()  # around a user's own managing system
+    warning: str = ""  # a sentence about the flight with this model
+    is_empty: bool = False  # whether the whole run failed, so that record and figures are missing
+    differing: tuple[str, ...] = ()  # the figures whose stored value differs from the computed value
 
     @property
     def cluster(self) -> Cluster:

@@ -41,30 +41,19 @@ NO_SCORE: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScoreRow:
-    """A managing system in a suite, on all its flights.
+    """A managing system in a suite, on all its flights."""
 
-    Attributes:
-        system: the row's name.
-        evidence: `symptoms` or `images`; `nothing` and `faults` for the references.
-        missing: the number of runs that only other managing systems of the table have.
-        score: over the runs with something to repair; None without such runs.
-        harm: the utility of never repairing less its own, over the other runs; None without such runs.
-        unpaired: the number of runs without valid runs of both references, which count for neither.
-        estimates: figure → estimate over the valid runs.
-        faults: the number of faults in the valid runs.
-    """
-
-    system: str
+    system: str  # the row's name
     manager: str
-    evidence: str
+    evidence: str  # `symptoms` or `images`; `nothing` and `faults` for the references
     runs: int
-    invalid: int
-    missing: int
-    score: Estimate | None
-    harm: Estimate | None
-    unpaired: int
-    estimates: Mapping[str, Estimate | None]
-    faults: int
+    invalid: int  # of its runs
+    missing: int  # runs that only other managing systems of the table have
+    score: Estimate | None  # over the runs with something to repair
+    harm: Estimate | None  # the utility of never repairing less its own, over the other runs
+    unpaired: int  # runs without valid runs of both references, which count for neither
+    estimates: Mapping[str, Estimate | None]  # of `FIRST_FIGURES`, over the valid runs
+    faults: int  # in the valid runs
     cured: int
 
     @property
@@ -96,21 +85,15 @@ class ScoreRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScoreTable:
-    """The managing systems of a suite, on all its flights, from the best to the worst.
+    """The managing systems of a suite, on all its flights, from the best to the worst."""
 
-    Attributes:
-        title: the suite, with its settings if other tables have the same suite.
-        example: a run; all runs have the same settings.
-        rows: in order of score; of harm if most runs have nothing to repair; else of mean utility.
-        differences: between comparable rows, the better first.
-        orders: multiple of the prices → the rows' names in order of score at these prices; empty without scores.
-    """
-
-    title: str
-    example: RunRow
-    rows: tuple[ScoreRow, ...]
-    differences: tuple[ManagerDifference, ...]
-    orders: Mapping[float, tuple[str, ...]]
+    title: str  # the suite, with its settings if other tables have the same suite
+    example: RunRow  # all runs have the same settings
+    rows: tuple[ScoreRow, ...]  # by score; by harm if most runs have nothing to repair; else by mean utility
+    differences: tuple[ManagerDifference, ...]  # between comparable rows, the better first
+    orders: Mapping[
+        float, tuple[str, ...]
+    ]  # multiple of the prices → the rows' names by score at these prices
 
     @property
     def has_scores(self) -> bool:

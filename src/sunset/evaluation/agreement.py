@@ -87,7 +87,7 @@ class LeftOut(NamedTuple):
     reason: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Agreement:
     """The pairs of a managing system, with the differences live − sim of each of `FIGURES`."""
 
@@ -130,18 +130,11 @@ def compare(sim: Path, live: Path, *, progress: Progress | None = None) -> list[
             pairs.append(Pair(scenario=scenario, seed=seed, sim=sim_figures, live=live_figures, alike=alike))
         if progress is not None:
             progress(done, len(keys))
-    return [
-        Agreement(
-            suite=suite,
-            manager=manager,
-            model=model,
-            flight=flight,
-            pairs=tuple(pairs),
-            left_out=tuple(left_out),
-            differences=tuple(difference(name, [pair.figures(name) for pair in pairs]) for name in FIGURES),
-        )
-        for (suite, manager, model, flight), (pairs, left_out) in groups.items()
-    ]
+    agreements = []
+    for group, (pairs, left_out) in groups.items():
+        compared = tuple(difference(name, [pair.figures(name) for pair in pairs]) for name in FIGURES)
+        agreements.append(Agreement(*group, tuple(pairs), tuple(left_out), compared))
+    return agreements
 
 
 def _runs(folder: Path) -> dict[_Key, RunRow]:

@@ -117,15 +117,6 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return adjusted
 
 
-def pairs_won(leads: Sequence[float]) -> float:
-    """Return the share of pairs in which the first leads, by its leads in all pairs; ties by half.
-
-    >>> pairs_won([0.25, -0.5, 0.0, 0.5])
-    0.625
-    """
-    return sum((lead > 0) + (lead == 0) / 2 for lead in leads) / len(leads)
-
-
 def _difference(
     first: str,
     second: str,
@@ -148,7 +139,7 @@ def _difference(
             [leads[key] for key in scored], [gains[key] for key in scored], [clusters[key] for key in scored]
         ),
         utility=utility,
-        pairs_won=pairs_won(list(leads.values())) if leads else None,
+        pairs_won=fmean((lead > 0) + (lead == 0) / 2 for lead in leads.values()) if leads else None,
         p_holm=spread.p_value(utility.mean) if utility and spread else None,
         detectable=detectable(spread) if spread else None,
         runs_needed=round(len(leads) / spread.sizes.repetitions * repetitions)

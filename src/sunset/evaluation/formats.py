@@ -209,11 +209,6 @@ def _escaped(character: str) -> str:
 
 
 def _heading(text: str) -> str:
-    r"""Return the heading of a column.
-
-    >>> _heading("t_down [s] ↓")
-    '$\\mathit{t}_\\mathrm{down}$ [s] $\\downarrow$'
-    """
     return re.sub(r"(\w+)\\_(\w+)", r"$\\mathit{\1}_\\mathrm{\2}$", escape_latex(text))
 
 

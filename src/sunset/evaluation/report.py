@@ -54,7 +54,13 @@ def format_report(
     """Return the report of rows and scores, as of `format_runs`; `figures` are HTML for a page."""
     match form:
         case "json":
-            return _as_json(rows, scores)
+            content = {
+                "scores": [table.to_json() for table in scores],
+                "rows": [_json_row(row) for row in rows],
+                "method": f"{DEVIATIONS} {INTERVALS}",
+                "notes": arrange(rows, scores, every=True).notes,
+            }
+            return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
         case "csv":
             return _as_csv(rows, scores)
         case "table":
@@ -64,16 +70,6 @@ def format_report(
         case "html":
             return as_html(arrange(rows, scores, every=True), figures=figures)
     raise InvalidInputError(f"The format of a report must be one of {', '.join(FORMATS)}, got {form!r}.")
-
-
-def _as_json(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
-    content = {
-        "scores": [table.to_json() for table in scores],
-        "rows": [_json_row(row) for row in rows],
-        "method": f"{DEVIATIONS} {INTERVALS}",
-        "notes": arrange(rows, scores, every=True).notes,
-    }
-    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _json_row(row: SystemRow) -> dict[str, object]:

@@ -163,17 +163,15 @@ def unnecessary_redeploys(
     """
     open_faults = [injection for injection in injections if injection.redeploy_only]
     unnecessary = []
-    for adaptation in adaptations:
-        if adaptation.kind != "redeploy":
-            continue
+    for redeploy in (adaptation for adaptation in adaptations if adaptation.kind == "redeploy"):
         cured = [
             fault
             for fault in open_faults
-            if short_name(fault.node) == adaptation.node
-            and fault.time <= adaptation.time
-            and (fault.healed is None or fault.over is None or min(adaptation.moments) < fault.over)
+            if short_name(fault.node) == redeploy.node
+            and fault.time <= redeploy.time
+            and (fault.healed is None or fault.over is None or min(redeploy.moments) < fault.over)
         ]
-        if not cured:
-            unnecessary.append(adaptation)
         open_faults = [fault for fault in open_faults if fault not in cured]
+        if not cured:
+            unnecessary.append(redeploy)
     return tuple(unnecessary)

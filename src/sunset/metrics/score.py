@@ -15,7 +15,7 @@ from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations,
 from sunset.metrics.confusion import accumulated_iou
 from sunset.metrics.episodes import Episode, failure_episodes
 from sunset.metrics.timeline import MOST, TOLERANCE_S, Amount, Count, Injection, Share, Timeline
-from sunset.metrics.treatments import FaultOutcome, fault_outcomes, faults_of, needless_adaptations
+from sunset.metrics.treatments import FaultOutcome, fault_outcomes, faults_of, treats
 from sunset.system import RESULT_TOPIC, current_system
 from sunset.texts.names import base_name
 
@@ -110,7 +110,7 @@ def score(timeline: Timeline) -> RunMetrics:
     cost = sum(current_system().price(part.kind) for part in parts)
     quality = _quality_figures(timeline, faults, cost)
     outcomes, masked_s = fault_outcomes(timeline, faults, failures, parts, quality["iou_healthy"])
-    needless = needless_adaptations(parts, faults)
+    needless = tuple(part for part in parts if not any(treats(part, fault) for fault in faults))
     return RunMetrics(
         **quality,
         cost_frames=cost,

@@ -12,7 +12,6 @@ import numpy.typing as npt
 from msgspec import Meta
 
 from sunset.classes import CLASSES
-from sunset.errors import RecordError
 from sunset.system import DURATION_S, PERIOD_S, current_system
 
 NUMBER_OF_CLASSES: Final = len(CLASSES)
@@ -40,19 +39,10 @@ Counts = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """A measured value over time: (N,) finite values, and when each was reported [s].
-
-    Raises:
-        RecordError: a value is not finite.
-    """
+    """A measured value over time: (N,) values, and when each was reported [s]."""
 
     times: Times = field(default_factory=lambda: np.empty(0))
     values: Values = field(default_factory=lambda: np.empty(0))
-
-    def __post_init__(self) -> None:
-        """Check the values."""
-        if not np.isfinite(self.values).all():
-            raise RecordError("The values of samples must be finite.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,9 +147,6 @@ class Frames:
         intersection: (N, 28) correct pixels of each class.
         predicted: (N, 28) pixels of each class in the prediction, where the truth is not ignored.
         truth: (N, 28) pixels of each class in the truth.
-
-    Raises:
-        RecordError: an IoU is not in [0, 1].
     """
 
     times: Times = field(default_factory=lambda: np.empty(0))
@@ -167,11 +154,6 @@ class Frames:
     intersection: Counts = field(default_factory=_no_counts)
     predicted: Counts = field(default_factory=_no_counts)
     truth: Counts = field(default_factory=_no_counts)
-
-    def __post_init__(self) -> None:
-        """Check the IoU."""
-        if not ((self.iou >= 0) & (self.iou <= 1)).all():  # also refuses NaN
-            raise RecordError("The IoU of a frame must be from 0 to 1.")
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -188,9 +170,6 @@ class Timeline:
         frames: the evaluated frames that have a truth.
         without_truth: (N,) when frames without a pixel of a known class were published [s].
         expected_frames: the number of frames of the measured time, with lost frames.
-
-    Raises:
-        RecordError: a threshold is missing.
     """
 
     duration_s: float = DURATION_S
@@ -209,10 +188,8 @@ class Timeline:
     def __post_init__(self) -> None:
         """Complete the thresholds."""
         signals = [signal for signal in current_system().signals.values() if signal.has_threshold]
-        known = {signal.threshold_name: signal.threshold for signal in signals} | dict(self.thresholds)
-        if lacking := [name for name, threshold in known.items() if threshold is None]:
-            raise RecordError(f"The {lacking[0]} of a timeline must be finite, got None.")
-        object.__setattr__(self, "thresholds", known)
+        known = {signal.threshold_name: signal.threshold for signal in signals}
+        object.__setattr__(self, "thresholds", known | dict(self.thresholds))
 
     @property
     def has_truth(self) -> bool:

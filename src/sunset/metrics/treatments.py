@@ -82,16 +82,6 @@ class Settings:
         return stretches
 
 
-def settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
-    """Return the parameters or the state that an adaptation sets, with their values."""
-    if adaptation.parameters:
-        pairs = zip(adaptation.parameters, adaptation.values, strict=True)
-        keys = [((adaptation.node, name), value) for name, value in pairs]
-        return [(key, comparable_text(key, value)) for key, value in keys]
-    states = (kind.goal_state for kind in AdaptationKind if kind == adaptation.kind)
-    return [((adaptation.node, STATE), state) for state in states if state is not None]
-
-
 @dataclass(frozen=True, slots=True)
 class FaultOutcome:
     """The outcome of a fault.
@@ -175,24 +165,16 @@ def _cured(
     moments = [start for start, stop in in_place if stop - start >= SILENCE_S]
     ended = fault.ended if fault.cause else fault.cured_away
     # a process may also end without an adaptation
-    if ended is not None and ended <= duration_s and any(_treats(part, fault) for part in parts):
+    if ended is not None and ended <= duration_s and any(treats(part, fault) for part in parts):
         moments.append(ended)
     return min(moments, default=None)
 
 
-def needless_adaptations(
-    parts: Sequence[ExecutedAdaptation], faults: Sequence[Injection]
-) -> tuple[ExecutedAdaptation, ...]:
-    """Return the adaptations that are not a step of a cure of a fault present at the time.
+def treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
+    """Return whether an adaptation of one parameter performs a step, or a part of it, of a cure of a present fault.
 
-    A fault that comes and goes is present until an adaptation has cured it while it was away. `parts` are the
-    adaptations, separately for each parameter of a call.
+    A fault that comes and goes is present until an adaptation has cured it while it was away.
     """
-    return tuple(part for part in parts if not any(_treats(part, fault) for fault in faults))
-
-
-def _treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
-    """Return whether an adaptation performs a step, or a part of a step, of a cure of a present fault."""
     described = find_fault(fault.fault)  # a record may be of another version
     if described is None:
         return False
@@ -204,9 +186,19 @@ def _treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
     )
 
 
+def _settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
+    """Return the parameters or the state that an adaptation sets, with their values."""
+    if adaptation.parameters:
+        pairs = zip(adaptation.parameters, adaptation.values, strict=True)
+        keys = [((adaptation.node, name), value) for name, value in pairs]
+        return [(key, comparable_text(key, value)) for key, value in keys]
+    states = (kind.goal_state for kind in AdaptationKind if kind == adaptation.kind)
+    return [((adaptation.node, STATE), state) for state in states if state is not None]
+
+
 def _performs(adaptation: ExecutedAdaptation, step: Adaptation, fault: Fault) -> bool:
     goal = goal_of(step)
-    if goal is not None and goal in settings_of(adaptation):
+    if goal is not None and goal in _settings_of(adaptation):
         return True
     if adaptation.node != step.node:
         return False

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from msgspec import Meta
 
 from sunset.classes import CLASSES
+from sunset.errors import RecordError
 from sunset.system import DURATION_S, PERIOD_S, current_system
 
 NUMBER_OF_CLASSES: Final = len(CLASSES)
@@ -39,10 +40,19 @@ Counts = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """A measured value over time: (N,) values, and when each was reported [s]."""
+    """A measured value over time: (N,) values, and when each was reported [s].
+
+    Raises:
+        RecordError: a value is not finite.
+    """
 
     times: Times = field(default_factory=lambda: np.empty(0))
     values: Values = field(default_factory=lambda: np.empty(0))
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if not np.isfinite(self.values).all():
+            raise RecordError("The values of samples must be finite.")
 
 
 @dataclass(frozen=True, slots=True)

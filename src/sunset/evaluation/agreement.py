@@ -141,16 +141,10 @@ def _runs(folder: Path) -> dict[_Key, RunRow]:
     """Return the runs below a folder by experiment."""
     if not folder.is_dir():
         raise RecordError(f"There is no folder {folder}; 'sunset agree --out' makes one.")
-    runs: dict[_Key, RunRow] = {}
-    for row in load_results(folder):
-        key = (row.suite, row.scenario, row.manager, row.seed, row.model, row.setting, row.flight)
-        if key in runs:
-            raise RecordError(
-                f"There must be one run of {row.scenario} with seed {row.seed} below {folder}, got "
-                f"{runs[key].folder} and {row.folder}, which differ."
-            )
-        runs[key] = row
-    return runs
+    return {
+        (row.suite, row.scenario, row.manager, row.seed, row.model, row.setting, row.flight): row
+        for row in load_results(folder)
+    }
 
 
 def _reason(sim: RunRow | None, live: RunRow | None) -> str:

@@ -76,7 +76,7 @@ def _panel(
 ) -> None:
     for name, samples in series.items():
         colour, dashes = styles[name]
-        axes.plot(*_with_gaps(samples.times, samples.values), color=colour, linewidth=0.4, alpha=0.2)
+        axes.plot(samples.times, samples.values, ".", color=colour, markersize=1, alpha=0.2)
         axes.plot(*_moving_mean(samples), color=colour, linestyle=dashes, label=name.replace("_", " "))
     axes.set_xlabel("time since injection [s]")
     axes.set_ylabel(label)
@@ -90,14 +90,6 @@ def _moving_mean(samples: Samples) -> tuple[npt.NDArray[np.float64], npt.NDArray
     mean = MovingMean(WINDOW.gap_s)
     pairs = zip(samples.times.tolist(), samples.values.tolist(), strict=True)
     return samples.times, np.array([mean.add(*pair) for pair in pairs], dtype=np.float64)
-
-
-def _with_gaps(
-    times: npt.NDArray[np.float64], values: npt.NDArray[np.float64]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return a line that a gap of more than 1 s breaks."""
-    breaks = np.flatnonzero(np.diff(times) > WINDOW.gap_s) + 1
-    return np.insert(times, breaks, times[breaks - 1]), np.insert(values, breaks, np.nan)
 
 
 def outage_figure(

@@ -5,6 +5,8 @@ import textwrap
 import unicodedata
 from collections.abc import Callable, Sequence
 from html import escape
+from importlib.resources import files
+from string import Template
 from typing import Final, NamedTuple
 
 from rich.cells import cell_len
@@ -45,38 +47,6 @@ _HEAD: Final = r"""\documentclass{article}
 \usepackage{booktabs}
 \usepackage[a4paper,margin=15mm]{geometry}
 \begin{document}
-"""
-_STYLE: Final = """
-:root { color-scheme: light dark; --ink: #1b1b1b; --soft: #666; --line: #ccc; --paper: #fff; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e8e8e8; --soft: #a0a0a0; --line: #444; --paper: #16181a; }
-}
-body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper);
-  max-width: 68rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2.5rem; }
-.scroll { overflow-x: auto; }
-table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th, td { padding: .35rem .5rem; text-align: left; white-space: nowrap; }
-thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; }
-tbody { border-bottom: 1px solid var(--line); }
-tbody th { font-weight: 600; min-width: 11rem; white-space: normal; overflow-wrap: anywhere; }
-td.runs, th.runs { text-align: right; }
-.listing tbody th { font-weight: 400; }
-a { color: inherit; }
-dt { font-weight: 600; } dd { margin: 0 0 .5rem 1.5rem; }
-li { margin-bottom: .35rem; overflow-wrap: anywhere; }
-figure { margin: 0 0 2.5rem; } figcaption h3 { font-size: 1rem; margin-bottom: .25rem; }
-figcaption p { margin: .25rem 0; max-width: 50rem; overflow-wrap: anywhere; } .missing { color: var(--soft); }
-figure svg { width: 100%; min-width: 42rem; height: auto; }
-figure svg.column { min-width: 21rem; max-width: 33rem; }
-figure pre { overflow: auto; max-height: 20rem; font-size: .8rem; }
-@media print {
-  :root { color-scheme: light; --ink: #1b1b1b; --soft: #666; --line: #ccc; --paper: #fff; }
-  body { max-width: none; margin: 0; padding: 0; font-size: 10pt; } .scroll { overflow: visible; }
-  table { font-size: 8pt; } th, td { padding: .2rem .4rem; }
-  tr, figure { break-inside: avoid; }
-  h2, h3, figcaption, dt { break-after: avoid; } details { display: none; }
-}
 """
 
 
@@ -196,16 +166,8 @@ def escape_latex(text: str) -> str:
     >>> escape_latex("my_manager.py:A&B")
     'my\\_manager.py:A\\&B'
     """
-    return "".join(_escaped(character) for character in text)
-
-
-def _escaped(character: str) -> str:
-    if character in _ESCAPES:
-        return _ESCAPES[character]
-    if " " <= character <= "~":
-        return character
-    base = unicodedata.normalize("NFKD", character)[0]
-    return _ESCAPES.get(base, base) if " " <= base <= "~" else "?"
+    known = [char if char in _ESCAPES else unicodedata.normalize("NFKD", char)[0] for char in text]
+    return "".join(_ESCAPES.get(char, char if " " <= char <= "~" else "?") for char in known)
 
 
 def _heading(text: str) -> str:
@@ -248,30 +210,8 @@ def as_html(report: Report, more: str = "", figures: str = "") -> str:
     columns = dict.fromkeys(column for block in report.blocks for column in block.columns)
     meanings = "\n".join(f"<dt>{escape(text)}</dt><dd>{escape(meaning)}</dd>" for text, meaning in columns)
     notes = "\n".join(f"<li>{escape(note)}</li>" for note in report.notes)
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
-<title>SUNSET: comparison of managing systems</title>
-<style>{_STYLE}</style>
-</head>
-<body>
-<h1>SUNSET: comparison of managing systems</h1>
-{tables}
-{more}
-<h2>Notes</h2>
-<ul>
-{notes}
-</ul>
-<h2>The columns</h2>
-<dl>
-{meanings}
-</dl>
-</body>
-</html>
-"""
+    page = Template(files("sunset.evaluation").joinpath("report.html").read_text(encoding="utf-8"))
+    return page.substitute(tables=tables, more=more, notes=notes, meanings=meanings)
 
 
 def _html_table(block: Block) -> str:

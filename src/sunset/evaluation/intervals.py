@@ -241,12 +241,6 @@ class Estimate:
         """Whether several runs have too few seeds for an interval."""
         return self.runs > 1 and self.low is None
 
-    def limited(self, least: float, most: float) -> "Estimate":
-        """Return it with an interval within the limits of the figure."""
-        if self.low is None or self.high is None:
-            return self
-        return replace(self, low=max(self.low, least), high=min(self.high, most))
-
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
         return {"mean": self.mean, "std": self.std, "ci95": self.interval, "runs": self.runs}

@@ -84,14 +84,8 @@ _LEAST_CALM_S: Final = 1.0
 """The least time without a fault for a rate of false alarms: a fault at 0 comes half a millisecond after 0."""
 _SHOWN: Final = 10
 _LONGEST_REASON: Final = 300
-_BESIDE: Final = (
-    "Beside the score: "
-    + "; ".join(
-        f"{column.text.rstrip(' ↑↓')}: {column.meaning}"
-        for column in _FIRST_COLUMNS
-        if column.text != "score ↑"
-    )
-    + "."
+_BESIDE: Final = "; ".join(
+    f"{column.text.rstrip(' ↑↓')}: {column.meaning}" for column in _FIRST_COLUMNS if column.text != "score ↑"
 )
 _PAPER_NOTE: Final = (
     "The paper's figures are by SUNSET's definitions. 'sunset report DIR --paper' shows them by those of the published "
@@ -215,7 +209,7 @@ def lead_notes(tables: Sequence[ScoreTable]) -> list[str]:
     return [
         SCORE_METHOD if scored else NO_SCORE,
         *([HARM] if any(row.harm for row in rows) else []),
-        _BESIDE,
+        f"Beside the score: {_BESIDE}.",
         *(_price_note(table, evidence) for table in scored if table.orders for evidence in table.classes),
         *(
             f"{row.system}{_where(table)}: {row.unpaired} of {counted(row.runs, 'run')} without a score, since a valid "

@@ -135,7 +135,6 @@ def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: P
     Figures that are not applicable are null, or empty cells.
 
     Raises:
-        RecordError: the folder is without runs, or a run is damaged.
         InvalidInputError: the format is unknown.
     """
     if form not in RUNS_FORMATS:
@@ -177,14 +176,15 @@ def index_page(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
 def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
     """Return a table of links with a row for each scenario, and a column for each managing system."""
     names = {run.folder: name for name, group in named_groups(runs, name_suite=False) for run in group}
-    cells: dict[str, dict[str, list[RunRow]]] = {}
-    for run in runs:
-        cells.setdefault(run.scenario, {}).setdefault(names[run.folder], []).append(run)
-    systems = list(dict.fromkeys(system for row in cells.values() for system in row))
+    systems = list(dict.fromkeys(names[run.folder] for run in runs))
+    cells: dict[str, dict[str, list[str]]] = {run.scenario: {} for run in runs}
+    for run in sorted(runs, key=lambda run: run.seed):
+        links = cells[run.scenario].setdefault(names[run.folder], [])
+        links.append(_link(run, pages.get(run.folder)))
     heads = "".join(f'<th scope="col">{escape(system)}</th>' for system in systems)
     rows = "\n".join(
         f'<tr><th scope="row">{escape(scenario)}</th>'
-        + "".join(f"<td>{_links(row.get(system, []), pages)}</td>" for system in systems)
+        + "".join(f"<td>{', '.join(row.get(system, []))}</td>" for system in systems)
         + "</tr>"
         for scenario, row in cells.items()
     )
@@ -198,10 +198,6 @@ def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
 </tbody>
 </table>
 </div>"""
-
-
-def _links(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
-    return ", ".join(_link(run, pages.get(run.folder)) for run in sorted(runs, key=lambda run: run.seed))
 
 
 def _link(run: RunRow, page: str | None) -> str:

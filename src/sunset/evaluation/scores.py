@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 from math import fsum, inf
 from statistics import fmean
 from typing import Final, NamedTuple, TypeAlias
@@ -65,10 +65,6 @@ class ScoreRow:
     def is_calm(self) -> bool:
         """Whether most of its runs had nothing to repair, so that the harm says more than the score."""
         return self.harm is not None and 2 * self.harm.runs > self.runs
-
-    def is_comparable(self, other: "ScoreRow") -> bool:
-        """Return whether both have the same evidence, or one is a reference."""
-        return self.evidence == other.evidence or self.is_reference or other.is_reference
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
@@ -192,7 +188,11 @@ def score_rows(systems: Systems) -> tuple[ScoreRow, ...]:
 def _table(title: str, systems: Systems) -> ScoreTable:
     measured = _measured(systems)
     rows = _rows(systems, measured)
-    pairs = [(row, other) for place, row in enumerate(rows) for other in rows[place + 1 :]]
+    pairs = [
+        (row.system, other.system)
+        for row, other in combinations(rows, 2)
+        if row.evidence == other.evidence or row.is_reference or other.is_reference
+    ]
     return ScoreTable(
         title=title,
         example=next(iter(systems.values()))[0],
@@ -201,7 +201,7 @@ def _table(title: str, systems: Systems) -> ScoreTable:
             {row.system: measured.systems[row.system] for row in rows},
             measured.scored,
             measured.clusters,
-            [(row.system, other.system) for row, other in pairs if row.is_comparable(other)],
+            pairs,
         ),
         orders={multiple: _order(systems, measured, multiple) for multiple in PRICE_MULTIPLES}
         if measured.scored

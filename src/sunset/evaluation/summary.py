@@ -7,7 +7,6 @@ from functools import cache, cached_property
 from math import inf
 from operator import attrgetter
 from pathlib import PurePath
-from types import MappingProxyType
 from typing import Final
 
 from msgspec.inspect import FloatType, IntType, UnionType, type_info
@@ -29,9 +28,12 @@ _REFERENCE_FIGURES: Final = (
     "frames_without_truth",
 )  # they judge no managing system
 _SUITES: Final = ("paper", "artifact", "nofault", "degraded")
-_SUITE_LABELS: Final = MappingProxyType(
-    {"paper": "", "nofault": ", no faults", "degraded": ", F4 and F5", "": " (own scenarios)"}
-)
+_SUITE_LABELS: Final = {
+    "paper": "",
+    "nofault": ", no faults",
+    "degraded": ", F4 and F5",
+    "": " (own scenarios)",
+}
 
 
 @dataclass(frozen=True)
@@ -117,10 +119,11 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
 def estimate_figure(runs: Sequence[RunRow], name: str) -> Estimate | None:
     """Return the mean of a figure of runs, with an interval within the figure's limits; None if no run has it."""
     mean = estimate([run.metrics[name] for run in runs], [run.cluster for run in runs])
-    if mean is None:
-        return None
-    least, most = _limits(name)
-    return mean.limited(least, min(most, runs[0].flight.duration_s) if name.endswith("_s") else most)
+    if mean is None or mean.interval is None:
+        return mean
+    (low, high), (least, most) = mean.interval, _limits(name)
+    most = min(most, runs[0].flight.duration_s) if name.endswith("_s") else most
+    return replace(mean, low=max(low, least), high=min(high, most))
 
 
 @cache

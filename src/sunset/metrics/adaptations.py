@@ -3,16 +3,16 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
 from sunset.metrics.timeline import TOLERANCE_S, Command, Injection
 from sunset.system import INFRASTRUCTURE, current_system, short_name
 
 _RESTART_S = 1.0  # at most from deactivate to activate
-_KINDS = MappingProxyType(
-    {kind: kind for kind in ("activate", "deactivate", "configure", "cleanup", "redeploy")}
-    | {"shutdown": "redeploy", "set_parameters": "set_parameter"}
-)
+_KINDS = {
+    **{kind: kind for kind in ("activate", "deactivate", "configure", "cleanup", "redeploy")},
+    "shutdown": "redeploy",
+    "set_parameters": "set_parameter",
+}
 _BETWEEN = ("cleanup", "configure")  # lifecycle steps that may lie within a restart
 _FRACTION = re.compile(r"-?\d+\.\d+(e[+-]\d+)?")
 

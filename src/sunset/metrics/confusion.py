@@ -49,9 +49,9 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
     import cv2  # noqa: PLC0415  a slow import, which reading counts does not need
 
     side = NUMBER_OF_CLASSES + 1  # the last is for pixels without a class
-    pairs = _classes(truth).astype(np.uint16)
+    pairs = np.minimum(truth, NUMBER_OF_CLASSES).astype(np.uint16)
     pairs *= side
-    pairs += _classes(prediction).astype(np.uint8, copy=False)
+    pairs += np.minimum(prediction, NUMBER_OF_CLASSES)
     pairs = pairs.reshape(1, -1)
     confusion = np.zeros(side * side, np.int64)
     for start in range(0, pairs.size, _EXACT):
@@ -64,12 +64,6 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
         predicted=known.sum(axis=0)[:NUMBER_OF_CLASSES],
         truth=known.sum(axis=1),
     )
-
-
-def _classes(indices: npt.NDArray[np.integer]) -> npt.NDArray[np.integer]:
-    """Return class indices, with `NUMBER_OF_CLASSES` for any other value."""
-    known = np.minimum(indices, NUMBER_OF_CLASSES)
-    return known if known.dtype.kind == "u" else np.where(known < 0, NUMBER_OF_CLASSES, known)
 
 
 def class_iou(counts: ClassCounts) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:

@@ -277,9 +277,5 @@ def _resolving(
     failure: str, began: float, ended: float | None, adaptations: Sequence[ExecutedAdaptation]
 ) -> ExecutedAdaptation | None:
     """Return the last adaptation that can have ended an episode."""
-    able = (
-        adaptation
-        for adaptation in reversed(adaptations)
-        if ended is not None and began <= adaptation.time <= ended and affects(adaptation.node, failure)
-    )
-    return next(able, None)
+    moments = [each for each in adaptations if ended is not None and began <= each.time <= ended]
+    return next((each for each in reversed(moments) if affects(each.node, failure)), None)

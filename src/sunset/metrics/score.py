@@ -19,11 +19,9 @@ from sunset.metrics.treatments import FaultOutcome, fault_outcomes, faults_of, t
 from sunset.system import RESULT_TOPIC, current_system
 from sunset.texts.names import base_name
 
-SURE: Final = 0.5
-"""A diagnosis reports a set of faults if the probability of at least one of them is at least this."""
-WINDOW_S: Final = 8.0
-"""A fault counts as diagnosed only within this time from its onset [s]."""
-LEVELS: Final = ("detected", "located", "identified", "top1")
+_SURE: Final = 0.5  # a diagnosis reports faults if the probability of at least one of them is at least this
+_WINDOW_S: Final = 8.0  # a fault counts as diagnosed only within this time from its onset [s]
+_LEVELS: Final = ("detected", "located", "identified", "top1")
 _GAP_PERIODS: Final = 2  # a gap up to this many periods is the expected rate, with jitter
 
 
@@ -220,16 +218,16 @@ def _diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> dict[
             faultless_s += stop - start
             alarms += is_alarmed and not was_alarmed
         for fault, delay in present:
-            if start < fault.time + WINDOW_S:
+            if start < fault.time + _WINDOW_S:
                 reached = dict.fromkeys(_levels(fault, named, len(names)), start - fault.time)
                 known = {level: after for level, after in delay.items() if level in reached}
                 delay.clear()  # a level counts if it is kept to the end of the window
                 delay.update(reached | known)
-    times = {level: [delay[level] for delay in delays if level in delay] for level in LEVELS}
+    times = {level: [delay[level] for delay in delays if level in delay] for level in _LEVELS}
     return {
         "diagnoses": sum(diagnosis.time < timeline.duration_s for diagnosis in timeline.diagnoses),
         **{f"faults_{level}": len(reached) for level, reached in times.items()},
-        **{f"t_{level}_s": _mean(times[level]) for level in LEVELS[:-1]},
+        **{f"t_{level}_s": _mean(times[level]) for level in _LEVELS[:-1]},
         "false_alarms": alarms,
         "faultless_s": round(faultless_s, 9),
         "brier": min(1.0, squares / timeline.duration_s / len(catalogue)),
@@ -246,7 +244,7 @@ def _levels(fault: Injection, named: Mapping[str, float], number: int) -> Iterat
         _reports([probability]),
         probability > 0 and sum(other >= probability for other in named.values()) <= number,
     )
-    return itertools.compress(LEVELS, reached)
+    return itertools.compress(_LEVELS, reached)
 
 
 def _stretches(
@@ -257,7 +255,7 @@ def _stretches(
     times = [diagnosis.time for diagnosis in timeline.diagnoses]
     moments = {0.0, end, *times}
     for fault in faults:
-        moments |= {fault.time, fault.time + WINDOW_S, end if fault.ended is None else fault.ended}
+        moments |= {fault.time, fault.time + _WINDOW_S, end if fault.ended is None else fault.ended}
     for start, stop in itertools.pairwise(sorted(moment for moment in moments if 0 <= moment <= end)):
         place = bisect_right(times, start)
         published = timeline.diagnoses[place - 1].probabilities if place else {}
@@ -272,7 +270,7 @@ def _reports(probabilities: Iterable[float]) -> bool:
     >>> _reports([0.3, 0.3]), _reports([0.3, 0.2]), _reports([])
     (True, False, False)
     """
-    return 1 - math.prod(1 - probability for probability in probabilities) >= SURE
+    return 1 - math.prod(1 - probability for probability in probabilities) >= _SURE
 
 
 def _mean(values: Iterable[float | None]) -> float | None:

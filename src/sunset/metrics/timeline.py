@@ -34,7 +34,6 @@ Evidence: TypeAlias = Literal["symptoms", "images"]
 """What a managing system used: the blackboard, diagnostics and states only, or images too."""
 
 Times = npt.NDArray[np.float64]
-Values = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]
 
 
@@ -47,7 +46,7 @@ class Samples:
     """
 
     times: Times = field(default_factory=lambda: np.empty(0))
-    values: Values = field(default_factory=lambda: np.empty(0))
+    values: Times = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -160,7 +159,7 @@ class Frames:
     """
 
     times: Times = field(default_factory=lambda: np.empty(0))
-    iou: Values = field(default_factory=lambda: np.empty(0))
+    iou: Times = field(default_factory=lambda: np.empty(0))
     intersection: Counts = field(default_factory=_no_counts)
     predicted: Counts = field(default_factory=_no_counts)
     truth: Counts = field(default_factory=_no_counts)

@@ -188,12 +188,10 @@ def treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
 
 def _settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
     """Return the parameters or the state that an adaptation sets, with their values."""
-    if adaptation.parameters:
-        pairs = zip(adaptation.parameters, adaptation.values, strict=True)
-        keys = [((adaptation.node, name), value) for name, value in pairs]
-        return [(key, comparable_text(key, value)) for key, value in keys]
+    node, pairs = adaptation.node, zip(adaptation.parameters, adaptation.values, strict=True)
+    texts = [((node, name), comparable_text((node, name), value)) for name, value in pairs]
     states = (kind.goal_state for kind in AdaptationKind if kind == adaptation.kind)
-    return [((adaptation.node, STATE), state) for state in states if state is not None]
+    return texts + [((node, STATE), state) for state in states if state is not None]
 
 
 def _performs(adaptation: ExecutedAdaptation, step: Adaptation, fault: Fault) -> bool:

@@ -199,7 +199,7 @@ def lead_notes(tables: Sequence[ScoreTable]) -> list[str]:
     """Return the notes of a report about its first page."""
     if not tables:
         return []
-    scored = [table for table in tables if table.has_scores]
+    scored = [table for table in tables if any(row.score or row.harm for row in table.rows)]
     rows = [row for table in scored for row in table.rows]
     pairs = [pair for table in tables for pair in table.neighbours]
     estimates = [

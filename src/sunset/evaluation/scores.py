@@ -92,11 +92,6 @@ class ScoreTable:
     ]  # multiple of the prices → the rows' names by score at these prices
 
     @property
-    def has_scores(self) -> bool:
-        """Whether a row has a score or harm."""
-        return any(row.score or row.harm for row in self.rows)
-
-    @property
     def classes(self) -> Mapping[str, tuple[str, ...]]:
         """Evidence → the names of managing systems with this evidence and of the references, the best first."""
         evidences = {row.evidence for row in self.rows if not row.is_reference} or {"symptoms"}
@@ -197,12 +192,7 @@ def _table(title: str, systems: Systems) -> ScoreTable:
         title=title,
         example=next(iter(systems.values()))[0],
         rows=rows,
-        differences=differences(
-            {row.system: measured.systems[row.system] for row in rows},
-            measured.scored,
-            measured.clusters,
-            pairs,
-        ),
+        differences=differences(measured.systems, measured.scored, measured.clusters, pairs),
         orders={multiple: _order(systems, measured, multiple) for multiple in PRICE_MULTIPLES}
         if measured.scored
         else {},

@@ -28,10 +28,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from sunset.evaluation import Cluster
-from sunset.evaluation.intervals import LEAST_LEVELS, Design, Spread, spread
-from sunset.evaluation.power import POWER, VARIANCES, detectable
-from sunset.evaluation.students_t import quantile
+from sunset.evaluation.differences import POWER, VARIANCES, detectable
+from sunset.evaluation.intervals import LEAST_LEVELS, Cluster, Design, Spread, quantile, spread
 from sunset.texts.tables import aligned
 from sunset_ros.seeding import generator
 

@@ -19,7 +19,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from sunset.evaluation import FORMATS
+from sunset.evaluation.report import FORMATS
 from sunset.texts.names import RUN_FILE
 
 _MIB = 1024**2

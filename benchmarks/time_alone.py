@@ -19,8 +19,8 @@ from typing import Any, Final
 
 import sunset
 from sunset.cli.progress import progress_bar
-from sunset.evaluation import RunRow
-from sunset.evaluation.paired import difference
+from sunset.evaluation.differences import difference
+from sunset.evaluation.results import RunRow
 from sunset.managing import Baseline, ManagingSystem, Symptoms
 from sunset.texts.tables import aligned
 from sunset_ros.seeding import generator

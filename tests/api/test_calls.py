@@ -17,8 +17,8 @@ import sunset
 from sunset.api.options import Manager
 from sunset.cli import main
 from sunset.errors import InvalidInputError, MissingExtraError, RecordError
-from sunset.evaluation import Cluster, Difference, PairedComparison
-from sunset.evaluation.paired import difference
+from sunset.evaluation.differences import Difference, PairedComparison, difference
+from sunset.evaluation.intervals import Cluster
 from sunset.managing import ManagingSystem, Symptoms
 from sunset.recording import read_messages
 

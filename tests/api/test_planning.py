@@ -10,7 +10,7 @@ from tests.evaluation.test_scores import campaign
 import sunset
 from sunset.api import planning
 from sunset.cli import main
-from sunset.evaluation.power import VARIANCES
+from sunset.evaluation.differences import VARIANCES
 
 
 @pytest.fixture

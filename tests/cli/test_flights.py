@@ -11,7 +11,7 @@ import pytest
 
 from sunset.cli import main
 from sunset.data import read_bag, write_bag
-from sunset.evaluation import load_results
+from sunset.evaluation.results import load_results
 from sunset.experiments import BenchSpec, Settings, Timing, bench, count_runs
 from sunset.recording import read_plan, read_run
 

@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 from scripts.fault_pages import faults_page
 
-from sunset.evaluation.score_layout import lead_blocks
+from sunset.evaluation.layout import lead_blocks
 from sunset.perception import list_models
 from sunset.system import current_system
 

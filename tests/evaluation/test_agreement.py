@@ -7,7 +7,10 @@ from typing import Any
 import pytest
 
 from sunset.errors import RecordError
-from sunset.evaluation import FIGURES, Agreement, Difference, Estimate, Pair, agrees, compare
+from sunset.evaluation.agreement import Agreement, Pair, agrees, compare
+from sunset.evaluation.differences import Difference
+from sunset.evaluation.intervals import Estimate
+from sunset.evaluation.results import FIGURES
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Timeline, score
 
 Store = Callable[..., Path]

@@ -6,7 +6,10 @@ from dataclasses import replace
 import pytest
 from tests.evaluation.test_report import row_of, run
 
-from sunset.evaluation import FORMATS, RunRow, format_report, score_tables, summarise
+from sunset.evaluation.report import FORMATS, format_report
+from sunset.evaluation.results import RunRow
+from sunset.evaluation.scores import score_tables
+from sunset.evaluation.summary import summarise
 
 FIGURES = {
     "diagnoses": 5,

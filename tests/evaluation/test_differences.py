@@ -3,8 +3,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from sunset.evaluation import Cluster
-from sunset.evaluation.differences import Experiment, differences, holm, pairs_won
+from sunset.evaluation.differences import Experiment, differences, holm
+from sunset.evaluation.intervals import Cluster
 from sunset_ros.seeding import generator
 
 
@@ -32,8 +32,13 @@ def test_holm_of_nothing_and_of_one_changes_nothing() -> None:
 
 
 def test_pairs_are_won_by_whoever_has_more_and_ties_count_half() -> None:
-    assert pairs_won([0.25, 0.5, -1.0]) == pytest.approx(2 / 3)
-    assert pairs_won([0.0, 0.0, 0.1, -0.1]) == 0.5
+    for leads, won in (([0.25, 0.5, -1.0], 2 / 3), ([0.0, 0.0, 0.1, -0.1], 0.5)):
+        clusters: dict[Experiment, Cluster] = {
+            (place,): Cluster("a", "flight", place) for place in range(len(leads))
+        }
+        first = dict(zip(clusters, leads, strict=True))
+        (one,) = differences({"a": first, "b": dict.fromkeys(clusters, 0.0)}, {}, clusters, [("a", "b")])
+        assert one.pairs_won == pytest.approx(won)
 
 
 def test_differences_are_of_the_runs_that_both_have() -> None:

@@ -4,9 +4,8 @@ from itertools import product
 
 import pytest
 
-from sunset.evaluation import Cluster, Estimate, estimate
-from sunset.evaluation.estimates import estimate_ratio
-from sunset.evaluation.paired import difference
+from sunset.evaluation.differences import difference
+from sunset.evaluation.intervals import Cluster, Estimate, estimate, estimate_ratio
 
 
 def seeds(count: int, alike: str = "a") -> list[Cluster]:
@@ -75,6 +74,7 @@ def test_lengths_that_differ_are_refused() -> None:
 
 def test_a_ratio_is_one_of_means_so_that_small_runs_weigh_little() -> None:
     found = estimate_ratio([0.3, 0.0, 0.3], [0.3, 0.02, 0.4], seeds(3))
+    assert found
     assert found.mean == pytest.approx(0.6 / 0.72)
     assert (found.std, found.runs) == (None, 3)
 

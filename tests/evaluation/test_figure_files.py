@@ -14,7 +14,8 @@ from tests.viewing.browsers import PROGRAMS, Browser, program_of, started
 
 import sunset
 from sunset.cli import main
-from sunset.evaluation import RunRow, format_runs
+from sunset.evaluation.report import format_runs
+from sunset.evaluation.results import RunRow
 
 UGLY = "my<b>$x_1$ & 中:Mine"
 NAMES = ["scores", "differences", "fates", "uncured"]

@@ -3,8 +3,7 @@ from dataclasses import replace
 import pytest
 from benchmarks.coverage import MODELS, measure
 
-from sunset.evaluation.intervals import LEAST_LEVELS, Design, Spread
-from sunset.evaluation.power import (
+from sunset.evaluation.differences import (
     DIFFERENCE,
     MOST_REPETITIONS,
     VARIANCES,
@@ -13,6 +12,7 @@ from sunset.evaluation.power import (
     reaches,
     repetitions_needed,
 )
+from sunset.evaluation.intervals import LEAST_LEVELS, Design, Spread
 
 
 def repeated(repetitions: int) -> Spread:

@@ -11,20 +11,14 @@ from pathlib import Path
 
 import pytest
 
+import sunset
 from sunset.cli import main
 from sunset.errors import InvalidInputError
-from sunset.evaluation import (
-    FIGURES,
-    FORMATS,
-    Flight,
-    RunRow,
-    SystemRow,
-    format_report,
-    render_report,
-    score_tables,
-    summarise,
-)
-from sunset.evaluation.latex import escape_latex
+from sunset.evaluation.formats import escape_latex
+from sunset.evaluation.report import FORMATS, format_report
+from sunset.evaluation.results import FIGURES, Flight, RunRow
+from sunset.evaluation.scores import score_tables
+from sunset.evaluation.summary import SystemRow, summarise
 
 UGLY = r"my_dir/50%_ü_{a}\b^c~d$&#<script>'\"`|--µ中:Mine"
 
@@ -196,7 +190,7 @@ def test_what_a_reader_must_know_of_a_flight_is_told_once(store: Callable[..., P
     warning = "No threshold of the entropy tells healthy frames of this flight from all faulty ones."
     for place, manager in enumerate(("none", "none", "baseline")):
         store(str(place), manager=manager, bag_checksum="ab12" * 16, flight_warning=warning, seed=place)
-    text = " ".join(render_report(tmp_path).split())
+    text = " ".join(sunset.report(tmp_path).split())
     assert text.count(f"Flight ab12ab12: {warning}") == text.count(warning) == 1
 
 
@@ -222,7 +216,7 @@ def test_a_reason_is_stripped_of_a_scenario_that_another_one_shares_its_name_wit
     for place, faults in enumerate(([], [{"name": "gpu_failure", "value": None}])):
         reason = "The managing system m.py:M failed in rain, seed 1: it raised KeyError"
         store(str(place), scenario="rain", manager="m.py:M", faults=faults, valid=False, reason=reason)
-    text = " ".join(render_report(tmp_path).split())
+    text = " ".join(sunset.report(tmp_path).split())
     assert "The managing system m.py:M failed: it raised KeyError (2 times)." in text
 
 
@@ -398,7 +392,7 @@ def test_a_folder_of_runs_is_rendered_stored_or_recomputed(
 ) -> None:
     store("runs/1", seed=1)
     store("runs/2", seed=2, iou=0.3)
-    assert render_report(tmp_path, form) == render_report(tmp_path, form, recompute=True)
+    assert sunset.report(tmp_path, form) == sunset.report(tmp_path, form, recompute=True)
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -407,10 +401,10 @@ def test_what_recomputing_corrects_is_told_in_every_format(
 ) -> None:
     store("runs/1", seed=1)
     folder = store("runs/2", seed=2)
-    honest = render_report(tmp_path, form, recompute=True)
+    honest = sunset.report(tmp_path, form, recompute=True)
     stored = json.loads((folder / "run.json").read_text())["metrics"]
     edit(folder, metrics=stored | {"t_down_s": 0.0})
-    told = render_report(tmp_path, form, recompute=True)
+    told = sunset.report(tmp_path, form, recompute=True)
     assert told != honest
     words = {"json": '"figures": [', "csv": "runs_differing"}.get(
         form, "figures were stored that the messages"
@@ -439,7 +433,7 @@ def test_what_a_terminal_would_obey_is_shown_instead(
     hostile = "\x1b[2J\x1b]0;owned\x07\u202e\x9b1A"
     store("1", manager=f"mine{hostile}.py:Mine", model=f"lite{hostile}")
     store("2", seed=2, valid=False, reason=f"it raised{hostile}", manager="baseline")
-    told = render_report(tmp_path, form)
+    told = sunset.report(tmp_path, form)
     assert not {character for character in told if not character.isprintable()} - {"\n"}
 
 
@@ -466,6 +460,6 @@ def test_scenarios_of_two_splits_in_one_row_are_told(store: Callable[..., Path],
     drawn = {"suite": "test", "scenario": "test-0001"}
     store("runs/1", **drawn, faults=[{"name": "gpu_failure", "value": True}])
     told = "baseline (test): it has scenarios of one name that differ, as those of two splits do."
-    assert told not in " ".join(render_report(tmp_path).split())
+    assert told not in " ".join(sunset.report(tmp_path).split())
     store("runs/2", **drawn, faults=[{"name": "sync_issue", "value": True}], iou=0.4)
-    assert told in " ".join(render_report(tmp_path).split())
+    assert told in " ".join(sunset.report(tmp_path).split())

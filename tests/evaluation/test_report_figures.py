@@ -9,10 +9,18 @@ from typing import Any
 import pytest
 from tests.evaluation.test_report import run
 
-from sunset.evaluation import Flight, RunRow, score_tables
-from sunset.evaluation.figure_frame import COLUMN_IN, HEIGHT_IN, PAGE_IN, ReportFigure, report_drawing
+from sunset.evaluation.figure_frame import (
+    COLUMN_IN,
+    HEIGHT_IN,
+    PAGE_IN,
+    SHIPPED,
+    ReportFigure,
+    report_drawing,
+    styles,
+)
 from sunset.evaluation.report_figures import report_figures
-from sunset.evaluation.system_styles import SHIPPED, styles
+from sunset.evaluation.results import Flight, RunRow
+from sunset.evaluation.scores import score_tables
 from sunset.managing import MANAGERS
 from sunset.metrics import FaultOutcome
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from sunset.evaluation import render_runs
+from sunset.evaluation.report import render_runs
 from sunset.texts.sentences import csv_text
 
 Store = Callable[..., Path]

@@ -1,6 +1,6 @@
 import pytest
 
-from sunset.evaluation.students_t import quantile, within
+from sunset.evaluation.intervals import quantile, within
 
 TABLE = [
     (2, 1.886, 4.303, 9.925, 31.599),

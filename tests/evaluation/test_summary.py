@@ -2,7 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from sunset.evaluation import FIGURES, Flight, RunRow, summarise
+from sunset.evaluation.results import FIGURES, Flight, RunRow
+from sunset.evaluation.summary import summarise
 from sunset.scenarios import suite
 from sunset.system import suite_size
 
@@ -120,7 +121,7 @@ def test_means_are_over_the_runs_and_pooled_counts_are_summed() -> None:
     assert (row.runs, down.mean) == (2, 6.0)
     assert down.std == pytest.approx(8**0.5)
     assert (react.mean, react.runs) == (1.0, 1)
-    assert (row.episodes, row.unresolved, row.unresolved_rate) == (6, 3, 0.5)
+    assert (row.total("episodes"), row.total("episodes_unresolved"), row.unresolved_rate) == (6, 3, 0.5)
 
 
 def test_intervals_end_where_a_figure_can_be_no_less_or_no_more() -> None:

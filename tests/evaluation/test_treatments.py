@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 from tests.evaluation.test_report import row_of, run
 
-from sunset.evaluation import RunRow, format_report, load_results, summarise
+from sunset.evaluation.report import format_report
+from sunset.evaluation.results import RunRow, load_results
+from sunset.evaluation.summary import summarise
 from sunset.metrics import FaultOutcome
 
 CURED = FaultOutcome("gpu_failure", "F3", 1.0, 3.0, cured=3.0, uncured_s=2.0)

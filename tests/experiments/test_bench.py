@@ -14,10 +14,11 @@ from pathlib import Path
 import pytest
 from tests.experiments.campaigns import RUNS, bench_command, content_of
 
+import sunset
 from sunset import generate_split
 from sunset.data import read_bag, write_bag
 from sunset.errors import InvalidInputError, OutputError, RecordError
-from sunset.evaluation import load_results, render_report
+from sunset.evaluation.results import load_results
 from sunset.experiments import BenchSpec, Settings, Timing, bench, in_turn, plan, run_folder
 from sunset.experiments.shards import locked_campaign
 from sunset.recording import read_run
@@ -125,7 +126,7 @@ def test_a_part_of_a_split_is_said_to_be_one(tmp_path: Path) -> None:
 
     (place,) = (tmp_path / "out").glob("runs/*/*/*/*")
     assert read_run(place).suite_size == 3
-    assert "none [1 of 3 scenarios]" in render_report(tmp_path / "out")
+    assert "none [1 of 3 scenarios]" in sunset.report(tmp_path / "out")
 
 
 def test_managing_systems_with_similar_names_do_not_share_a_folder() -> None:
@@ -164,7 +165,7 @@ def test_killing_a_campaign_loses_nothing_and_changes_nothing(undisturbed: Path,
     assert f"{RUNS - len(finished)} runs done, {len(finished)} were there already." in again.stderr
     assert {path: path.stat().st_mtime_ns for path in finished} == finished
     assert content_of(disturbed) == content_of(undisturbed)
-    assert render_report(disturbed, "json") == render_report(undisturbed, "json")
+    assert sunset.report(disturbed, "json") == sunset.report(undisturbed, "json")
 
 
 def _processes_of(group: int) -> list[str]:
@@ -202,7 +203,7 @@ def test_an_interrupted_campaign_leaves_no_process_behind(number: signal.Signals
 @pytest.mark.thorough
 @pytest.mark.xdist_group("campaign")
 def test_a_report_can_be_computed_from_the_records_again(undisturbed: Path) -> None:
-    assert render_report(undisturbed, "json", recompute=True) == render_report(undisturbed, "json")
+    assert sunset.report(undisturbed, "json", recompute=True) == sunset.report(undisturbed, "json")
 
 
 MANAGER = "from sunset.managing import NoAdaptation\n\n\nclass Mine(NoAdaptation):\n    pass\n"
@@ -236,7 +237,7 @@ def test_a_managing_system_cannot_change_itself(tmp_path: Path) -> None:
 
     assert bench(spec, tmp_path / "out", jobs=1) == 4
 
-    rows = json.loads(render_report(tmp_path / "out", "json"))["rows"]
+    rows = json.loads(sunset.report(tmp_path / "out", "json"))["rows"]
     assert [(row["manager"], row["runs"], row["runs_failed"]) for row in rows] == [
         ("none", 2, 0),
         (f"{file}:Mine", 2, 2),
@@ -367,7 +368,7 @@ def test_a_label_is_the_name_everywhere(tmp_path: Path) -> None:
     assert (record.manager, record.manager_spec) == ("mine", f"{file}:Mine")
     planned = json.loads((tmp_path / "out" / "bench.json").read_text())
     assert sorted(planned["manager_checksums"]) == ["idle", "mine", "none"]
-    rows = json.loads(render_report(tmp_path / "out", "json"))["rows"]
+    rows = json.loads(sunset.report(tmp_path / "out", "json"))["rows"]
     assert [row["manager"] for row in rows] == ["none", "idle", "mine"]
 
     file.write_text(MANAGER + "\n# another one\n")
@@ -523,7 +524,7 @@ def test_nothing_that_a_managing_system_does_ends_a_campaign_or_shows_in_the_run
     assert bench(spec, tmp_path / "out", jobs=1) == 22
     assert bench(replace(spec, managers=("baseline",)), tmp_path / "alone", jobs=1) == 2
 
-    rows = {row["system"]: row for row in json.loads(render_report(tmp_path / "out", "json"))["rows"]}
+    rows = {row["system"]: row for row in json.loads(sunset.report(tmp_path / "out", "json"))["rows"]}
     for name, reason in TROUBLEMAKERS.items():
         row = rows.pop(f"troublemakers.py:{name}, no faults [1 s]")
         assert (row["runs"], row["runs_invalid"], row["runs_failed"]) == (2, 0, 2)

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 from tests.experiments.campaigns import RUNS, bench_command, content_of
 
+import sunset
 from sunset.errors import InvalidInputError, OutputError
-from sunset.evaluation import FORMATS, render_report, render_runs
+from sunset.evaluation.report import FORMATS, render_runs
 from sunset.experiments import BenchSpec, Shard, count_runs, plan
 from sunset.experiments.shards import locked_campaign
 
@@ -73,7 +74,7 @@ def test_shards_are_together_the_whole(undisturbed: Path, tmp_path: Path) -> Non
         assert f"is not finished: {RUNS // 2} of {RUNS} runs are there." in done.stdout
 
     for form in FORMATS:
-        assert render_report(apart, form) == render_report(undisturbed, form)
+        assert sunset.report(apart, form) == sunset.report(undisturbed, form)
     assert _without_folders(apart) == _without_folders(undisturbed)
     assert count_runs(apart) == (RUNS, RUNS)
 

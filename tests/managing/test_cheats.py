@@ -6,7 +6,7 @@ import pytest
 from tests.managing import cheats
 
 import sunset
-from sunset.evaluation import summarise
+from sunset.evaluation.summary import summarise
 
 SCENARIOS = ("gpu_failure", "image_shift", "depth_degradation")
 DURATION_S = 7.0

@@ -40,7 +40,7 @@ def test_counts_of_a_small_image() -> None:
 
 
 def test_what_is_no_class_counts_for_none() -> None:
-    counts = count_classes(np.array([[-1, 28, 300, 2, 2]]), np.array([[2, 2, 2, 2, -1]]))
+    counts = count_classes(labels([29, 28, 200, 2, 2]), labels([2, 2, 2, 2, 255]))
     assert (counts.intersection.sum(), counts.predicted.sum(), counts.truth[2]) == (1, 1, 4)
 
 

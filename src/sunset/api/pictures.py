@@ -9,7 +9,7 @@ from sunset.api.arguments import as_path, check_progress, extended, whole_of
 from sunset.api.options import run_spec_of
 from sunset.data import default_flight
 from sunset.errors import InvalidInputError
-from sunset.evaluation import entropy_figure, outage_figure
+from sunset.evaluation.figures import entropy_figure, outage_figure
 from sunset.experiments import Options, RunSpec, Settings
 from sunset.files.plots import check_figure, drawing, save_figure
 from sunset.metrics import Samples

@@ -11,9 +11,7 @@ from time import perf_counter
 from types import MappingProxyType
 from typing import Final
 
-from sunset.evaluation import load_results, score_tables
-from sunset.evaluation.intervals import LEAST_LEVELS, Design, Spread
-from sunset.evaluation.power import (
+from sunset.evaluation.differences import (
     DIFFERENCE,
     POWER,
     VARIANCES,
@@ -22,6 +20,9 @@ from sunset.evaluation.power import (
     reaches,
     repetitions_needed,
 )
+from sunset.evaluation.intervals import LEAST_LEVELS, Design, Spread
+from sunset.evaluation.results import load_results
+from sunset.evaluation.scores import score_tables
 from sunset.experiments import BenchSpec, RunSpec, added_managers, in_turn, plan, prepare_runs, run
 from sunset.managing import split_label
 from sunset.processes.workers import Stages, processors

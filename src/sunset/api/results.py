@@ -6,28 +6,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
-from sunset import evaluation
 from sunset.api.arguments import Extensions, as_path, check_flags, check_progress, extended
 from sunset.errors import RecordError
-from sunset.evaluation import (
-    AGREEMENT_FORMATS,
+from sunset.evaluation import report_figures
+from sunset.evaluation.agreement import AGREEMENT_FORMATS, format_agreement
+from sunset.evaluation.differences import PairedComparison, compare_managers
+from sunset.evaluation.report import (
     FORMATS,
     RUNS_FORMATS,
-    PairedComparison,
-    RunRow,
-    ScoreTable,
-    SystemRow,
-    WrittenFigures,
-    compare_managers,
-    format_agreement,
     format_runs,
-    load_results,
-    render_report,
     render_runs,
     run_fields,
-    score_tables,
-    summarise,
 )
+from sunset.evaluation.report_figures import WrittenFigures
+from sunset.evaluation.results import RunRow, load_results
+from sunset.evaluation.scores import ScoreTable, score_tables
+from sunset.evaluation.summary import SystemRow, summarise
 from sunset.files.dataframes import data_frame
 from sunset.processes.workers import Progress
 from sunset.recording import count_runs, read_stored_run
@@ -164,7 +158,7 @@ def report(
     """Return the report of stored runs, as `sunset report` prints it.
 
     Args:
-        path: as of `load`; with `paper`, also a log of the published exemplar, or a folder of logs.
+        path: as of `load`.
         form: `table`, `latex`, `csv`, `json` or `html`; of `runs`, `csv` or `json`. If it is None, the first of them,
             but the time line for the folder of a single run.
         every: whether a table or LaTeX has every figure, and not the first page only.
@@ -189,7 +183,8 @@ def report(
             return render_runs(folder, form or RUNS_FORMATS[0], recompute=recompute, progress=progress)
         if form is None and not (every or recompute) and is_run(folder):
             return f"{read_stored_run(folder)}\n"
-        return render_report(folder, form or FORMATS[0], every=every, recompute=recompute, progress=progress)
+        rows = load_results(folder, again=recompute, progress=progress)
+        return format_runs(rows, form or FORMATS[0], every=every)
 
 
 def _paper_report(folder: Path, form: str, progress: Progress | None) -> str:
@@ -236,7 +231,7 @@ def write_figures(
     check_progress(progress)
     check_flags(recompute=recompute)
     with extended(extensions):
-        return evaluation.write_figures(
+        return report_figures.write_figures(
             as_path(path, "folder of stored runs"),
             as_path(out, "folder of the figures"),
             recompute=recompute,

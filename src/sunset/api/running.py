@@ -15,7 +15,8 @@ from sunset.api.planning import CampaignForecast, count_runs, forecast
 from sunset.api.results import Results
 from sunset.api.viewing import Run
 from sunset.errors import InvalidInputError
-from sunset.evaluation import Agreement, compare, load_results
+from sunset.evaluation.agreement import Agreement, compare
+from sunset.evaluation.results import load_results
 from sunset.experiments import (
     CHECK_SCENARIO,
     DEFAULT_SCENARIO,

@@ -232,7 +232,8 @@ def write_site(
         RecordError: the folder or its runs are missing, damaged or of another version.
         OutputError: the folder cannot be written, or is not empty.
     """
-    from sunset.evaluation import index_page, load_results  # noqa: PLC0415  slow, and not needed for a page
+    from sunset.evaluation.report import index_page  # noqa: PLC0415  slow, and not needed for a page
+    from sunset.evaluation.results import load_results  # noqa: PLC0415  slow, and not needed for a page
 
     check_progress(progress)
     folder, site = as_path(path, "folder of stored runs"), as_path(out, "folder of the site")

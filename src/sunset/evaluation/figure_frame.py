@@ -1,5 +1,6 @@
-"""The frame of a report's figures: size, panels, legend, and files."""
+"""The frame of a report's figures: size, panels, legend, files, and the styles of managing systems."""
 
+import hashlib
 import io
 import re
 import warnings
@@ -7,19 +8,24 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from html import escape
+from itertools import product
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from sunset.evaluation.system_styles import INK, PAPER
-from sunset.files.plots import drawing, save_figure
+from sunset.files.plots import BLUE, ORANGE, drawing, save_figure
 from sunset.texts.sentences import csv_text
 from sunset_ros.texts import printable
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+INK: Final = "#1b1b1b"
+PAPER: Final = "#ffffff"
+"""The colours of text and background, which a page replaces with its own."""
 COLUMN_IN: Final = 3.5
 PAGE_IN: Final = 7.0
 """Widths of a figure [in]: of a column and of a page."""
@@ -48,31 +54,19 @@ SETTINGS: Final = {
 
 _ON_PAGE: Final = {INK: "currentColor", SOFT: "var(--soft)", GRID: "var(--line)", PAPER: "var(--paper)"}
 """Colours that a page replaces with its own, light or dark."""
-_LONGEST: Final = 24
-"""The longest name, in characters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportFigure:
-    """A figure of a report.
-
-    Attributes:
-        name: of its files.
-        title: its heading in a page.
-        caption: its explanation, in sentences.
-        head: the names of the columns of its data.
-        lines: its data.
-        picture: of matplotlib; None without data to draw.
-        missing: sentences about parts that are not drawn.
-    """
+    """A figure of a report, in files and in a page."""
 
     name: str
     title: str
     caption: str
-    head: Sequence[str]
+    head: Sequence[str]  # the names of the columns of its data
     lines: Sequence[Sequence[object]]
-    picture: "Figure | None"
-    missing: Sequence[str]
+    picture: "Figure | None"  # None without data to draw
+    missing: Sequence[str]  # sentences about parts that are not drawn
 
     def as_csv(self) -> str:
         """Return its data as CSV."""
@@ -110,9 +104,9 @@ class ReportFigure:
 
 
 @contextmanager
-def report_drawing(settings: Mapping[str, Any] | None = None) -> Iterator[None]:
+def report_drawing(settings: Mapping[str, object] = MappingProxyType({})) -> Iterator[None]:
     """Let matplotlib draw in the style of a report, with further settings."""
-    with drawing({**SETTINGS, **(settings or {})}), warnings.catch_warnings():
+    with drawing({**SETTINGS, **settings}), warnings.catch_warnings():
         # names of managing systems may have letters that the font lacks; a page has its own font
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         yield
@@ -121,14 +115,7 @@ def report_drawing(settings: Mapping[str, Any] | None = None) -> Iterator[None]:
 def panels(
     count: int, most_columns: int, height: float, *, sharey: bool = True
 ) -> tuple["Figure", list["Axes"]]:
-    """Return a figure and its panels, which share their horizontal scale.
-
-    Args:
-        count: the number of panels.
-        most_columns: the largest number of panels in a row.
-        height: of each panel [in].
-        sharey: whether they share their vertical scale, too.
-    """
+    """Return a figure and its panels of this height [in], which share their horizontal scale."""
     from matplotlib.figure import Figure  # noqa: PLC0415  an optional extra
 
     columns = min(count, most_columns)
@@ -142,20 +129,65 @@ def panels(
     return figure, grid[:count]
 
 
-def add_legend(figure: "Figure", handles: Iterable[Any]) -> None:
+def add_legend(figure: "Figure", handles: Iterable["Artist"]) -> None:
     """Put a legend below a figure, and increase its height."""
     entries = list(handles)
-    width = 0.6 + 0.07 * max(len(handle.get_label()) for handle in entries)
+    width = 0.6 + 0.07 * max(len(str(handle.get_label())) for handle in entries)
     columns = max(1, min(len(entries), int(figure.get_figwidth() / width)))
     figure.set_figheight(min(HEIGHT_IN, figure.get_figheight() + 0.05 + 0.17 * ceil(len(entries) / columns)))
     figure.legend(handles=entries, loc="outside lower center", ncols=columns, frameon=False, handlelength=3)
 
 
-def short_name(text: str, longest: int = _LONGEST) -> str:
-    """Return a name for a figure, without its middle if it is long.
+class Style(NamedTuple):
+    """A colour and a marker, as matplotlib names them."""
 
-    >>> short_name("a-managing-system-with-a-long-name")
-    'a-managing-s…a-long-name'
+    colour: str
+    marker: str
+
+    @property
+    def points(self) -> dict[str, Any]:
+        """The arguments with which matplotlib draws points."""
+        edge = {"markeredgecolor": PAPER, "markeredgewidth": 0.6}
+        size = 9 if self.marker == "*" else 6
+        return {"color": self.colour, "marker": self.marker, "markersize": size, "linestyle": "none", **edge}
+
+
+SHIPPED: Final = {
+    "none": Style("#777777", "X"),
+    "random": Style("#CC79A7", "v"),
+    "baseline": Style(BLUE, "o"),
+    "reactive": Style(ORANGE, "s"),
+    "diagnosing": Style("#009E73", "^"),
+    "inspecting": Style("#B2182B", "p"),
+    "oracle": Style(INK, "*"),
+}
+"""The styles of SUNSET's own managing systems, from the least informed to the best informed."""
+
+_COLOURS: Final = ("#56B4E9", "#E69F00", "#8C6BB1", "#A6761D")
+_OTHERS: Final = tuple(Style(colour, marker) for marker, colour in product("DPh<>", _COLOURS))
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Return managing systems in the order of figures: SUNSET's own, then the others.
+
+    >>> in_order(["mine", "oracle", "baseline"])
+    ['baseline', 'oracle', 'mine']
     """
-    text, half = printable(text), longest // 2
-    return text if len(text) <= longest else f"{text[:half]}…{text[1 - half :]}"
+    places = {name: place for place, name in enumerate(SHIPPED)}
+    return sorted(set(names), key=lambda name: (places.get(name, len(places)), name))
+
+
+def styles(names: Iterable[str]) -> Mapping[str, Style]:
+    """Return the style of each managing system.
+
+    It depends on the name, so that it is the same in every report, unless another managing system has the same marker.
+    More than five of the user's own share markers, and more than twenty share styles.
+    """
+    chosen: dict[str, Style] = {}
+    for name in in_order(names):
+        first = int.from_bytes(hashlib.sha256(name.encode()).digest()[:4]) % len(_OTHERS)
+        choices = [SHIPPED[name]] if name in SHIPPED else [*_OTHERS[first:], *_OTHERS[:first]]
+        markers = {style.marker for style in chosen.values()}
+        used = set(chosen.values())
+        chosen[name] = min(choices, key=lambda style: (style.marker in markers, style in used))
+    return chosen

@@ -1,15 +1,14 @@
 """The runs of a report for its figures, by suite and managing system."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from sunset.evaluation.estimates import Estimate
+from sunset.evaluation.figure_frame import Style, in_order, styles
+from sunset.evaluation.intervals import Estimate
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import ScoreTable, Systems, score_rows
 from sunset.evaluation.summary import manager_names, part_label
-from sunset.evaluation.system_styles import Style, in_order, styles
 from sunset.metrics import FaultOutcome
 from sunset.recording import TABLE_REFERENCES
 from sunset.texts.sentences import counted
@@ -29,54 +28,38 @@ class Suite(NamedTuple):
     table: ScoreTable | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Setup:
-    """Comparable runs: of the same model, middleware, thinking time and version of SUNSET.
+class Setup(NamedTuple):
+    """Comparable runs: of the same model, middleware, thinking time and version of SUNSET."""
 
-    Attributes:
-        common: their common properties, in a sentence.
-        suites: their suites, in the order of figures.
-        systems: the valid runs of all suites, in the order of `in_order`.
-        scored: all runs, since invalid runs count for scores, too.
-        managers: name of a row of `Suite.table` → name of its managing system.
-        looks: the style of each managing system.
-        remarks: sentences about the runs.
-    """
-
-    common: str
-    suites: Sequence[Suite]
-    systems: Systems
-    scored: Systems
-    managers: Mapping[str, str]
+    common: str  # their common properties, in a sentence
+    suites: Sequence[Suite]  # in the order of figures
+    systems: Systems  # the valid runs of all suites, in the order of `in_order`
+    scored: Systems  # all runs, since invalid runs count for scores, too
+    managers: Mapping[str, str]  # name of a row of `Suite.table` → name of its managing system
     looks: Mapping[str, Style]
-    remarks: Sequence[str]
+    remarks: Sequence[str]  # sentences about the runs
 
 
 def scores_of(setup: Setup) -> Iterator[tuple[str, str, str, list[tuple[str, Estimate | None]]]]:
     """Yield the suite, flight and heading of a group, and its scores by managing system."""
     for suite in setup.suites:
-        rows = suite.table.rows if suite.table else ()
-        yield (
-            suite.name,
-            "",
-            suite.title,
-            [(setup.managers[row.system], row.score) for row in rows if not row.is_calm],
-        )
+        rows = [row for row in suite.table.rows if not row.is_calm] if suite.table else []
+        yield suite.name, "", suite.title, [(setup.managers[row.system], row.score) for row in rows]
     flights = sorted({_flight_name(run) for runs in setup.scored.values() for run in runs})
     for flight in flights if len(flights) > 1 else ():
         systems = {
             name: [run for run in runs if _flight_name(run) == flight] for name, runs in setup.scored.items()
         }
-        rows = score_rows({name: runs for name, runs in systems.items() if runs})
-        yield "", flight, f"flight {flight}", [(row.system, row.score) for row in rows]
+        scores = score_rows({name: runs for name, runs in systems.items() if runs})
+        yield "", flight, f"flight {flight}", [(row.system, row.score) for row in scores]
 
 
-def outcomes_of(setup: Setup) -> dict[tuple[Fault, str], list[FaultOutcome]]:
+def outcomes_of(setup: Setup) -> Mapping[tuple[Fault, str], list[FaultOutcome]]:
     """Return (fault, managing system) → outcomes."""
-    outcomes: dict[tuple[Fault, str], list[FaultOutcome]] = {}
+    outcomes = defaultdict[tuple[Fault, str], list[FaultOutcome]](list)
     for name, runs in setup.systems.items():
         for outcome in (outcome for run in runs for outcome in run.outcomes):
-            outcomes.setdefault(((outcome.failure, outcome.fault), name), []).append(outcome)
+            outcomes[(outcome.failure, outcome.fault), name].append(outcome)
     return outcomes
 
 
@@ -89,19 +72,14 @@ def setup_of(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> Setup:
     places = {_place(table.example): table for table in tables if _facts(table.example) == facts}
     judged = [run for run in members if run.valid and (run.suite, run.manager) not in TABLE_REFERENCES]
     shown = set(map(_place, judged))
-    suites = [
-        Suite(
-            suite,
-            (suite or "own scenarios")
-            + part_label([run for run in members if _place(run) == (suite, duration)])
-            + (f" [{duration}]" if duration != usual else ""),
-            places.get((suite, duration)),
-        )
-        for suite, duration in sorted(shown, key=_order)
-    ]
-    valid = [run for run in members if run.valid and _place(run) in shown]
+    suites = []
+    for place in sorted(shown, key=_order):
+        suite, duration = place
+        part = part_label([run for run in members if _place(run) == place])
+        time = f" [{duration}]" if duration != usual else ""
+        suites.append(Suite(suite, f"{suite or 'own scenarios'}{part}{time}", places.get(place)))
     scored = _by_system(members, names)
-    systems = _by_system(valid, names)
+    systems = _by_system([run for run in members if run.valid and _place(run) in shown], names)
     return Setup(
         common=f"Runs: {', '.join((usual, *facts))}.",
         suites=suites,

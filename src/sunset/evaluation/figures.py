@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from sunset.errors import InvalidInputError
-from sunset.evaluation.figure_frame import COLUMN_IN, PAGE_IN, SETTINGS
-from sunset.files.plots import BLUE, GREY, ORANGE, check_figure, drawing, save_figure
+from sunset.evaluation.figure_frame import PAGE_IN, SETTINGS
+from sunset.files.plots import BLUE, GREY, ORANGE, drawing, save_figure
 from sunset.metrics import ExecutedAdaptation, Samples, Timeline
 from sunset.system import WINDOW, MovingMean, full_name
 from sunset.texts.names import base_name
@@ -29,7 +28,6 @@ _STYLES: Final[tuple[tuple[str, object], ...]] = (
     ("#56B4E9", (0, (1.2, 1.2))),
 )
 
-
 _BEFORE_S: Final = 1.0
 _GAP_PERIODS: Final = 3
 """The time between two messages from which on it is drawn as a silence, in periods of the flight."""
@@ -38,54 +36,35 @@ _LINE: Final = 0.28
 
 
 def entropy_figure(
-    series: Mapping[str, Samples], threshold: float, path: Path, *, iou: Mapping[str, Samples] | None = None
+    series: Mapping[str, Samples], threshold: float, path: Path, *, iou: Mapping[str, Samples]
 ) -> None:
-    """Draw entropy over time, with a line for each fault, and the IoU beside it if it is given.
+    """Draw entropy over time, with a line for each fault, and the IoU beside it.
 
     Lines are means of the last five samples, which decide failure F4; single samples are drawn faintly behind them. A
-    gap of more than 1 s breaks a line. The width fits a column of a paper, or two columns with the IoU.
+    gap of more than 1 s breaks a line.
 
     Args:
-        series: name → entropy over time [s]; in the order of the legend.
+        series: name → entropy over time [s], at least one; in the order of the legend.
         threshold: above it, F4 holds.
         path: a `.pdf`, `.png` or `.svg`, in a folder that may be new.
-        iou: name → IoU over time [s], for names of `series`.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
-        InvalidInputError: the series are empty, or the path has another suffix.
-        OutputError: the file cannot be written.
+        iou: name → IoU over time [s].
 
     Source: the paper, figure 2a.
     """
-    check_figure(path)
-    if not series:
-        raise InvalidInputError("There is nothing to draw: no series of samples was given.")
-    unknown = sorted(set(iou or {}) - set(series))
-    if unknown:
-        raise InvalidInputError(f"The IoU of {unknown[0]!r} has no entropy beside it; give both.")
-    _draw(series, threshold, path, iou or {})
-
-
-def _draw(series: Mapping[str, Samples], threshold: float, path: Path, iou: Mapping[str, Samples]) -> None:
     with drawing(SETTINGS) as new_figure:
-        figure = new_figure(
-            figsize=(PAGE_IN, 2.8) if iou else (COLUMN_IN, 2.9), dpi=300, layout="constrained"
-        )
-        panels = figure.subplots(1, 2 if iou else 1, squeeze=False, sharex=True)[0]
+        figure = new_figure(figsize=(PAGE_IN, 2.8), dpi=300, layout="constrained")
+        panels = figure.subplots(1, 2, sharex=True)
         styles = {name: _STYLES[place % len(_STYLES)] for place, name in enumerate(series)}
         _panel(panels[0], series, styles, "entropy")
+        _panel(panels[1], iou, styles, "IoU")
         panels[0].axhline(
             threshold, color=GREY, linewidth=0.9, linestyle=(0, (1, 1)), label=f"threshold {threshold:.3g}"
         )
-        if iou:
-            _panel(panels[1], iou, styles, "IoU")
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(
-            handles,
-            labels,
+            *(handles, labels),
             loc="outside upper center",
-            ncols=min(len(labels), 3 if iou else 2),
+            ncols=min(len(labels), 3),
             frameon=False,
             handlelength=2.2,
         )
@@ -97,7 +76,7 @@ def _panel(
 ) -> None:
     for name, samples in series.items():
         colour, dashes = styles[name]
-        axes.plot(*_with_gaps(samples.times, samples.values), color=colour, linewidth=0.4, alpha=0.2)
+        axes.plot(samples.times, samples.values, ".", color=colour, markersize=1, alpha=0.2)
         axes.plot(*_moving_mean(samples), color=colour, linestyle=dashes, label=name.replace("_", " "))
     axes.set_xlabel("time since injection [s]")
     axes.set_ylabel(label)
@@ -113,37 +92,18 @@ def _moving_mean(samples: Samples) -> tuple[npt.NDArray[np.float64], npt.NDArray
     return samples.times, np.array([mean.add(*pair) for pair in pairs], dtype=np.float64)
 
 
-def _with_gaps(
-    times: npt.NDArray[np.float64], values: npt.NDArray[np.float64]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return a line that a gap of more than 1 s breaks."""
-    breaks = np.flatnonzero(np.diff(times) > WINDOW.gap_s) + 1
-    return np.insert(times, breaks, times[breaks - 1]), np.insert(values, breaks, np.nan)
-
-
 def outage_figure(
     timeline: Timeline,
     executed: Sequence[ExecutedAdaptation],
     path: Path,
     *,
     topics: Sequence[str],
-    title: str = "",
+    title: str,
 ) -> None:
-    """Draw each message on some topics, and the adaptations, from 1 s before the injection.
+    """Draw each message on topics whose silence is a failure, and the adaptations, from 1 s before the injection.
 
-    Args:
-        timeline: of a run.
-        executed: its adaptations.
-        path: a `.pdf`, `.png` or `.svg`, in a folder that may be new.
-        topics: the topics whose silence is a failure.
-        title: above the figure.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
-        InvalidInputError: the path has another suffix.
-        OutputError: the file cannot be written.
+    The path is a `.pdf`, `.png` or `.svg`, in a folder that may be new.
     """
-    check_figure(path)
     with drawing({"font.size": 8}) as new_figure:
         figure = new_figure(figsize=(7.2, 2.5), dpi=140, layout="constrained")
         axes = figure.subplots()

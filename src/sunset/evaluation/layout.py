@@ -1,65 +1,62 @@
 """The layout of a report in any format: the figures of each table, and the notes."""
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from types import MappingProxyType
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
-from sunset.evaluation.blocks import (
-    CURED,
-    NEEDLESS,
-    PAPER_LABEL,
-    Block,
-    Cell,
-    Column,
-    Line,
-    Quantity,
-    Report,
-    deviation_cell,
-)
-from sunset.evaluation.estimates import DEVIATIONS, INTERVALS
+from sunset.evaluation.differences import DIFFERENCE_METHOD, ManagerDifference
+from sunset.evaluation.formats import PAPER_LABEL, Block, Cell, Column, Line, Quantity, Report
+from sunset.evaluation.intervals import DEVIATIONS, INTERVALS, NO_INTERVAL, Estimate
 from sunset.evaluation.results import RunRow
-from sunset.evaluation.score_layout import lead_blocks, lead_notes
-from sunset.evaluation.scores import ScoreTable
+from sunset.evaluation.scores import HARM, NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable
 from sunset.evaluation.summary import PAPER_SUITES, SystemRow
 from sunset.system import DIAGNOSE, REPAIR
-from sunset.texts.sentences import counted, tallied
+from sunset.texts.sentences import counted, listed, tallied
 from sunset_ros.texts import printable, shorten
 
-_COLUMNS: Final = MappingProxyType(
-    {
-        "f_resolved_per_adaptation": Column("f_res/a_exec ↑", "resolved failures per executed adaptation"),
-        "t_react_s": Column("t_react [s] ↓", "from when a failure began to the command that resolved it"),
-        "redeploys_unnecessary": Column(
-            "#redeploy_u ↓", "redeploys of a node without a fault that only a redeploy cures"
-        ),
-        "t_down_s": Column("t_down [s] ↓", "time without segmentation at the expected rate"),
-        "iou": Column("IoU ↑", "mean over the evaluated frames"),
-        "cured": CURED,
-        "uncured_s": Column("uncured [s] ↓", "mean time that a fault was there without a cure in place"),
-        "masked_s": Column(
-            "masked [s] ↓",
-            "time in which a fault was there, its symptom had gone, and the segmentation was bad",
-        ),
-        "needless": NEEDLESS,
-        "cost_frames": Column("cost ↓", "prices of the adaptations, in frames"),
-        "unresolved": Column("unresolved ↓", "failure episodes that no adaptation ended, of all"),
-        "t_detect_s": Column("t_detect [s]", "part of t_react, until the symptom holds"),
-        "t_decide_s": Column("t_decide [s] ↓", "the rest of t_react, until the command"),
-        "t_repair_s": Column("t_repair [s] ↓", "from the command to when the symptom is gone"),
-        "iou_all": Column("IoU_all ↑", "frames that never came count as 0"),
-    }
+_CURED: Final = Column("cured ↑", "faults that were cured, of all")
+_NEEDLESS: Final = Column("needless ↓", "adaptations of a run that are no step of a cure of a fault there")
+_FIRST_COLUMNS: Final = (
+    Column("evidence", "what the managing system looked at, and is ranked by"),
+    Column("score ↑", "the share of what repairing can win: 0 as none, 1 as oracle; with its 95 % interval"),
+    Column("quality ↑", "mean IoU of all frames (IoU_all), of which one that never came counts 0"),
+    Column("t_down ↓", "time of a run without segmentation"),
+    _NEEDLESS,
+    _CURED,
 )
-_PAPER: Final = ("f_resolved_per_adaptation", "t_react_s", "redeploys_unnecessary", "t_down_s", "iou")
-_FAULTS: Final = ("cured", "uncured_s", "masked_s", "needless", "cost_frames")
-_MORE: Final = ("unresolved", "t_detect_s", "t_decide_s", "t_repair_s", "iou_all")
-_LACKING: Final = MappingProxyType(
-    {
-        "f_resolved_per_adaptation": ("f_res/a_exec", "nothing was adapted"),
-        "t_react_s": ("t_react", "nothing was resolved"),
-        "iou": ("IoU", "no frame with labels came"),
-    }
+_HARM_COLUMNS: Final = (Column("harm ↓", "what utility loses against none where repairing wins nothing"),)
+_DIFFERENCE_COLUMNS: Final = (
+    Column("score", "the difference in score"),
+    Column("utility", "the difference in utility"),
+    Column("pairs won", "the share of pairs in which the first has more utility, ties by half"),
+    Column("p", "of the difference in utility, adjusted after Holm"),
 )
-"""Figure → its name, and the reason why a run may lack it."""
+_PAPER: Final = {
+    "f_resolved_per_adaptation": Column("f_res/a_exec ↑", "resolved failures per executed adaptation"),
+    "t_react_s": Column("t_react [s] ↓", "from when a failure began to the command that resolved it"),
+    "redeploys_unnecessary": Column(
+        "#redeploy_u ↓", "redeploys of a node without a fault that only a redeploy cures"
+    ),
+    "t_down_s": Column("t_down [s] ↓", "time without segmentation at the expected rate"),
+    "iou": Column("IoU ↑", "mean over the evaluated frames"),
+}
+_FAULTS: Final = {
+    "cured": _CURED,
+    "uncured_s": Column("uncured [s] ↓", "mean time that a fault was there without a cure in place"),
+    "masked_s": Column(
+        "masked [s] ↓", "time in which a fault was there, its symptom had gone, and the segmentation was bad"
+    ),
+    "needless": _NEEDLESS,
+    "cost_frames": Column("cost ↓", "prices of the adaptations, in frames"),
+}
+_MORE: Final = {
+    "unresolved": Column("unresolved ↓", "failure episodes that no adaptation ended, of all"),
+    "t_detect_s": Column("t_detect [s]", "part of t_react, until the symptom holds"),
+    "t_decide_s": Column("t_decide [s] ↓", "the rest of t_react, until the command"),
+    "t_repair_s": Column("t_repair [s] ↓", "from the command to when the symptom is gone"),
+    "iou_all": Column("IoU_all ↑", "frames that never came count as 0"),
+}
 _LEVELS: Final = {
     ("faults_detected", "t_detected_s"): Column(
         "detected ↑", "of all faults: a fault was reported, and how long after the onset"
@@ -75,11 +72,21 @@ _DIAGNOSIS_COLUMNS: Final = (
     Column("alarms [1/min] ↓", "false alarms per minute without a fault"),
     Column("Brier ↓", "mean square error of the probabilities, over time and faults"),
 )
+_LACKING: Final = {
+    "f_resolved_per_adaptation": ("f_res/a_exec", "nothing was adapted"),
+    "t_react_s": ("t_react", "nothing was resolved"),
+    "iou": ("IoU", "no frame with labels came"),
+}
+"""Figure → its name, and the reason why a run may lack it."""
 
+_LEAST_P: Final = 0.001
 _LEAST_CALM_S: Final = 1.0
 """The least time without a fault for a rate of false alarms: a fault at 0 comes half a millisecond after 0."""
 _SHOWN: Final = 10
 _LONGEST_REASON: Final = 300
+_BESIDE: Final = "; ".join(
+    f"{column.text.rstrip(' ↑↓')}: {column.meaning}" for column in _FIRST_COLUMNS if column.text != "score ↑"
+)
 _PAPER_NOTE: Final = (
     "The paper's figures are by SUNSET's definitions. 'sunset report DIR --paper' shows them by those of the published "
     "evaluation script, with the published ones."
@@ -100,64 +107,157 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
     )
     cells = [cell for block in blocks for line in block.lines for cell in line.cells]
     quantities = [cell for cell in cells if isinstance(cell, Quantity)]
-    return Report(
-        tuple(block for block in blocks if block.lines),
-        notes=(
-            *_provenance(rows),
-            *lead_notes(scores),
-            *([INTERVALS] if any(cell.interval for cell in quantities) else ()),
-            *([DEVIATIONS] if any(cell.std is not None for cell in quantities) else ()),
-            *([_PAPER_NOTE] if papers else ()),
-            *_notes(rows, shown=papers),
-        ),
-    )
+    notes = [
+        *_provenance(rows),
+        *lead_notes(scores),
+        *([INTERVALS] if any(cell.interval for cell in quantities) else []),
+        *([DEVIATIONS] if any(cell.std is not None for cell in quantities) else []),
+        *([_PAPER_NOTE] if papers else []),
+        *_notes(rows, shown=papers),
+    ]
+    return Report([block for block in blocks if block.lines], notes)
 
 
-def _block(title: str, label: str, rows: Sequence[SystemRow], names: Sequence[str]) -> Block:
-    lines = (Line(row.system, str(row.runs), tuple(_cell(row, name) for name in names)) for row in rows)
-    return Block(title, tuple(_COLUMNS[name] for name in names), tuple(lines), label)
+def lead_blocks(tables: Sequence[ScoreTable]) -> list[Block]:
+    """Return the tables of a report's first page: scores, harm, and differences between neighbours."""
+    return [block for table in tables for block in _lead(table)]
+
+
+def _lead(table: ScoreTable) -> Iterator[Block]:
+    suite = f": {table.title}" if table.title else ""
+    label = "-".join(("", *re.findall(r"[a-z0-9.]+", table.title.lower())))
+    rows = sorted(table.rows, key=lambda row: row.evidence == "images")  # evidence is ranked apart
+    harms = [Line(row.system, str(row.harm.runs), [_interval(row.harm)]) for row in table.rows if row.harm]
+    differences = [_difference_line(pair) for pair in table.neighbours]
+    harm, difference = "Harm where there is nothing to repair", "Differences between neighbours"
+    yield Block(f"The score{suite}", _FIRST_COLUMNS, [*map(_score_line, rows)], f"tab:sunset-score{label}")
+    yield Block(f"{harm}{suite}", _HARM_COLUMNS, harms, f"tab:sunset-harm{label}")
+    yield Block(f"{difference}{suite}", _DIFFERENCE_COLUMNS, differences, f"tab:sunset-differences{label}")
+
+
+def _score_line(row: ScoreRow) -> Line:
+    lost = {"invalid": row.invalid, "missing": row.missing}
+    runs = ", ".join([str(row.runs), *(f"{number} {state}" for state, number in lost.items() if number)])
+    # the scores of references are 0 and 1 by definition
+    score = Quantity(row.score.mean) if row.score and row.is_reference else _interval(row.score)
+    quality, down, needless = (Quantity(each.mean) if each else None for each in row.estimates.values())
+    cured = f"{row.cured}/{row.faults}" if row.faults else None
+    down_s = f"{down.mean:.2f} s" if down else None
+    return Line(row.system, runs, (row.evidence, score, quality, down_s, needless, cured))
+
+
+def _difference_line(pair: ManagerDifference) -> Line:
+    won = None if pair.pairs_won is None else Quantity(pair.pairs_won)
+    p = None if pair.p_holm is None else f"< {_LEAST_P}" if pair.p_holm < _LEAST_P else f"{pair.p_holm:.3f}"
+    cells = (_interval(pair.score), _interval(pair.utility), won, p)
+    return Line(f"{pair.first} − {pair.second}", str(pair.pairs), cells)
+
+
+def _block(title: str, label: str, rows: Sequence[SystemRow], columns: Mapping[str, Column]) -> Block:
+    lines = [Line(row.system, str(row.runs), [_cell(row, name) for name in columns]) for row in rows]
+    return Block(title, [*columns.values()], lines, label)
 
 
 def _cell(row: SystemRow, name: str) -> Cell:
     if name == "unresolved":
-        return _share(row.unresolved, row.episodes, row.unresolved_rate)
+        return _share(row.total("episodes_unresolved"), row.total("episodes"))
     if name == "cured":
-        return _share(row.cured, len(row.outcomes), row.cured_rate)
-    return deviation_cell(row.estimates[name])
+        return _share(row.cured, len(row.outcomes))
+    estimate = row.estimates[name]
+    return Quantity(estimate.mean, estimate.std) if estimate else None
 
 
-def _share(part: int, whole: int, rate: float | None) -> str | None:
-    return None if rate is None else f"{part}/{whole} ({rate:.0%})"
+def _share(part: float, whole: float) -> str | None:
+    return f"{part:.0f}/{whole:.0f} ({part / whole:.0%})" if whole else None
+
+
+def _interval(estimate: Estimate | None) -> Quantity | None:
+    return Quantity(estimate.mean, interval=estimate.interval) if estimate else None
 
 
 def _diagnosis_block(rows: Sequence[SystemRow]) -> Block:
     """Return the table of diagnoses, with `none` for comparison; empty if no run published a diagnosis."""
-    diagnosing = [row for row in rows if _total(row, "diagnoses")]
+    diagnosing = [row for row in rows if row.total("diagnoses")]
     shown = [row for row in rows if row in diagnosing or row.example.manager == "none"] if diagnosing else []
-    lines = tuple(
-        Line(row.system, str(row.runs), _diagnosis_cells(row)) for row in shown if not row.is_reference
-    )
+    lines = [Line(row.system, str(row.runs), _diagnosis_cells(row)) for row in shown if not row.is_reference]
     return Block("Diagnosis", _DIAGNOSIS_COLUMNS, lines, "tab:sunset-diagnosis")
 
 
-def _diagnosis_cells(row: SystemRow) -> tuple[Cell, ...]:
-    injected, calm_s = _total(row, "faults_injected"), _total(row, "faultless_s")
-    shares = (_level(row, count, time, injected) if injected else None for count, time in _LEVELS)
-    alarms = Quantity(60 * _total(row, "false_alarms") / calm_s) if calm_s >= _LEAST_CALM_S else None
+def _diagnosis_cells(row: SystemRow) -> Sequence[Cell]:
+    injected, calm_s = row.total("faults_injected"), row.total("faultless_s")
+    levels = []
+    for count, time in _LEVELS:
+        after = row.estimates.get(time)
+        until = f", {after.mean:.2f} s" if after else ""
+        levels.append(f"{row.total(count):.0f}/{injected:.0f}{until}" if injected else None)
+    alarms = Quantity(60 * row.total("false_alarms") / calm_s) if calm_s >= _LEAST_CALM_S else None
     brier = row.estimates["brier"]
-    return (*shares, alarms, None if brier is None else f"{brier.mean:.3f}")
+    return (*levels, alarms, f"{brier.mean:.3f}" if brier else None)
 
 
-def _level(row: SystemRow, count: str, time: str, injected: float) -> str:
-    """Return the number of faults that reached a level, and the mean time until then."""
-    after = row.estimates.get(time)
-    return f"{_total(row, count):.0f}/{injected:.0f}" + (f", {after.mean:.2f} s" if after else "")
+def lead_notes(tables: Sequence[ScoreTable]) -> list[str]:
+    """Return the notes of a report about its first page."""
+    if not tables:
+        return []
+    scored = [table for table in tables if any(row.score or row.harm for row in table.rows)]
+    rows = [row for table in scored for row in table.rows]
+    pairs = [pair for table in tables for pair in table.neighbours]
+    estimates = [
+        *(estimate for row in rows for estimate in (row.score, row.harm)),
+        *(estimate for pair in pairs for estimate in (pair.score, pair.utility)),
+    ]
+    return [
+        SCORE_METHOD if scored else NO_SCORE,
+        *([HARM] if any(row.harm for row in rows) else []),
+        f"Beside the score: {_BESIDE}.",
+        *(_price_note(table, evidence) for table in scored if table.orders for evidence in table.classes),
+        *(
+            f"{row.system}{_where(table)}: {row.unpaired} of {counted(row.runs, 'run')} without a score, since a valid "
+            "run of none or oracle is missing."
+            for table in scored
+            for row in table.rows
+            if row.unpaired
+        ),
+        *([DIFFERENCE_METHOD] if pairs else []),
+        *filter(None, map(_sizes, scored)),
+        *([NO_INTERVAL] if any(estimate and estimate.lacks_interval for estimate in estimates) else []),
+    ]
 
 
-def _total(row: SystemRow, name: str) -> float:
-    """Return a figure's sum over the valid runs of a row."""
-    estimate = row.estimates[name]
-    return estimate.mean * estimate.runs if estimate else 0.0
+def _price_note(table: ScoreTable, evidence: str) -> str:
+    """Return a note about the order of rows with the same evidence, and its changes at multiples of the prices."""
+    orders = table.orders_of(evidence)
+    order = orders.pop(1.0)
+    changed: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
+    for multiple, other in orders.items():
+        changed[_changed(other, order)].append(f"{multiple:g}")
+    same = [f"the same at {listed(changed.pop(()))} times the prices"] if () in changed else []
+    others = [f"at {listed(each)} times the prices {' > '.join(names)}" for names, each in changed.items()]
+    by = f" by {evidence} (oracle and none for reference)" if len(table.classes) > 1 else ""
+    return f"Order{_where(table)}{by}: {'; '.join([' > '.join(order), *same, *others])}."
+
+
+def _sizes(table: ScoreTable) -> str:
+    """Return a note about the numbers of degradations, flights and seeds; empty without intervals."""
+    sizes = max(
+        (row.score.spread.sizes for row in table.rows if row.score and row.score.spread), default=None
+    )
+    if sizes is None:
+        return ""
+    alike, flights, seeds = (
+        counted(*of) for of in zip(sizes, ("degradation", "flight", "seed"), strict=True)
+    )
+    return f"Intervals{_where(table)} are of {alike}, {flights} and {seeds}."
+
+
+def _where(table: ScoreTable) -> str:
+    return f" in the suite {table.title}" if table.title else ""
+
+
+def _changed(order: tuple[str, ...], usual: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the part of an order that differs from the usual order."""
+    places = [place for place, names in enumerate(zip(order, usual, strict=True)) if len(set(names)) > 1]
+    return order[places[0] : places[-1] + 1] if places else ()
 
 
 def _provenance(rows: Sequence[SystemRow]) -> list[str]:
@@ -178,13 +278,16 @@ def _provenance(rows: Sequence[SystemRow]) -> list[str]:
 
 def _named(name: str, plural: str, values: Iterable[str]) -> str:
     """Return different values behind their name; of many values only the first."""
-    ordered = sorted(set(values))
-    more = [f"and {len(ordered) - _SHOWN} others"] if len(ordered) > _SHOWN else []
-    texts = [*(shorten(value, _LONGEST_REASON) for value in ordered[:_SHOWN]), *more]
-    return f"{name}{plural if len(ordered) > 1 else ''} {', '.join(texts)}".lstrip()
+    ordered = [shorten(value, _LONGEST_REASON) for value in sorted(set(values))]
+    return f"{name}{plural if len(ordered) > 1 else ''} {', '.join(_first(ordered, 'others'))}".lstrip()
 
 
-def _seeds(seeds: Collection[int]) -> str:
+def _first(texts: Sequence[str], others: str) -> list[str]:
+    more = [f"and {len(texts) - _SHOWN} {others}"] if len(texts) > _SHOWN else []
+    return [*texts[:_SHOWN], *more]
+
+
+def _seeds(seeds: set[int]) -> str:
     """Return seeds in words, consecutive seeds by the first and the last."""
     first, last = min(seeds), max(seeds)
     if 1 < len(seeds) == last - first + 1:
@@ -246,13 +349,11 @@ def _row_notes(row: SystemRow, *, is_shown: bool) -> Iterator[str]:
 
 def _several(runs: Iterable[RunRow]) -> list[str]:
     """Return the packages of which runs had several versions, with the versions."""
-    versions: dict[str, set[str]] = {}
+    versions: defaultdict[str, set[str]] = defaultdict(set)
     for package, version in (item for run in runs for item in run.others.items()):
-        versions.setdefault(package, set()).add(version)
+        versions[package].add(version)
     return [
-        f"{name} ({', '.join(sorted(several))})"
-        for name, several in sorted(versions.items())
-        if len(several) > 1
+        f"{name} ({', '.join(sorted(known))})" for name, known in sorted(versions.items()) if len(known) > 1
     ]
 
 
@@ -267,13 +368,10 @@ def _contradicting(runs: Iterable[RunRow]) -> Iterator[str]:
 
 
 def _reasons(reasons: Iterable[tuple[RunRow, str]]) -> str:
-    return _listed(tallied(_reason(run, reason) for run, reason in reasons), "reasons")
-
-
-def _reason(run: RunRow, reason: str) -> str:
-    """Return a run's reason without its scenario and seed, so that equal reasons are counted together."""
-    place = f" in {_plain_name(run)}, seed {run.seed}:"
-    return shorten(reason.replace(place, ":", 1).rstrip("."), _LONGEST_REASON) or "no reason given"
+    """Return reasons without scenario and seed, so that equal reasons are counted together."""
+    texts = (reason.replace(f" in {_plain_name(run)}, seed {run.seed}:", ":", 1) for run, reason in reasons)
+    plain = (shorten(text.rstrip("."), _LONGEST_REASON) or "no reason given" for text in texts)
+    return _listed(tallied(plain), "reasons")
 
 
 def _plain_name(run: RunRow) -> str:
@@ -283,5 +381,4 @@ def _plain_name(run: RunRow) -> str:
 
 def _listed(texts: Sequence[str], plural: str) -> str:
     """Return texts as a sentence; of many texts only the first."""
-    more = [f"and {len(texts) - _SHOWN} other {plural}"] if len(texts) > _SHOWN else []
-    return "; ".join([*texts[:_SHOWN], *more]) + "."
+    return "; ".join(_first(texts, f"other {plural}")) + "."

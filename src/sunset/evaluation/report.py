@@ -1,20 +1,19 @@
 """Reports and lists of the runs in a folder, in any format."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from html import escape
 from pathlib import Path
 from typing import Final
 
 from sunset.errors import InvalidInputError
-from sunset.evaluation.estimates import DEVIATIONS, INTERVALS, Estimate
-from sunset.evaluation.figure_files import figures_as_html
-from sunset.evaluation.latex import as_latex
+from sunset.evaluation.formats import as_html, as_latex, as_text
+from sunset.evaluation.intervals import DEVIATIONS, INTERVALS, Estimate
 from sunset.evaluation.layout import arrange
+from sunset.evaluation.report_figures import figures_as_html
 from sunset.evaluation.results import FIGURES, RunRow, load_results
 from sunset.evaluation.scores import ScoreTable, score_tables
-from sunset.evaluation.summary import SystemRow, summarise
-from sunset.evaluation.text import as_text
-from sunset.evaluation.webpage import as_html
+from sunset.evaluation.summary import SystemRow, named_groups, summarise
 from sunset.processes.workers import Progress
 from sunset.texts.sentences import csv_text
 from sunset_ros.texts import printable
@@ -31,33 +30,14 @@ _CSV_COLUMNS: Final = (
 )
 
 
-def render_report(
-    folder: Path,
-    form: str = "table",
-    *,
-    every: bool = False,
-    recompute: bool = False,
-    progress: Progress | None = None,
-) -> str:
-    """Return the report of all runs below a folder.
+def format_runs(runs: Sequence[RunRow], form: str = "table", *, every: bool = False) -> str:
+    """Return the report of runs in one of `FORMATS`; as a page with its figures.
 
-    Args:
-        folder: of a run, of a campaign, or of several campaigns.
-        form: one of `FORMATS`.
-        every: whether a table or LaTeX has every figure instead of the first page.
-        recompute: compute every figure from the recorded messages instead of reading it.
-        progress: called with (runs that are read, runs in all).
+    A table or LaTeX has only the first page, unless it has `every` figure.
 
     Raises:
-        RecordError: the folder is without runs, or a run is damaged.
         InvalidInputError: the format is unknown.
     """
-    runs = load_results(folder, again=recompute, progress=progress)
-    return format_runs(runs, form, every=every)
-
-
-def format_runs(runs: Sequence[RunRow], form: str = "table", *, every: bool = False) -> str:
-    """Return the report of runs, as of `render_report`; as a page with its figures."""
     tables = score_tables(runs)
     figures = figures_as_html(runs, tables) if form == "html" else ""
     return format_report(summarise(runs), form, tables, figures, every=every)
@@ -71,10 +51,16 @@ def format_report(
     *,
     every: bool = False,
 ) -> str:
-    """Return the report of rows and scores, as of `render_report`; `figures` are HTML for a page."""
+    """Return the report of rows and scores, as of `format_runs`; `figures` are HTML for a page."""
     match form:
         case "json":
-            return _as_json(rows, scores)
+            content = {
+                "scores": [table.to_json() for table in scores],
+                "rows": [_json_row(row) for row in rows],
+                "method": f"{DEVIATIONS} {INTERVALS}",
+                "notes": arrange(rows, scores, every=True).notes,
+            }
+            return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
         case "csv":
             return _as_csv(rows, scores)
         case "table":
@@ -84,16 +70,6 @@ def format_report(
         case "html":
             return as_html(arrange(rows, scores, every=True), figures=figures)
     raise InvalidInputError(f"The format of a report must be one of {', '.join(FORMATS)}, got {form!r}.")
-
-
-def _as_json(rows: Sequence[SystemRow], scores: Sequence[ScoreTable]) -> str:
-    content = {
-        "scores": [table.to_json() for table in scores],
-        "rows": [_json_row(row) for row in rows],
-        "method": f"{DEVIATIONS} {INTERVALS}",
-        "notes": arrange(rows, scores, every=True).notes,
-    }
-    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _json_row(row: SystemRow) -> dict[str, object]:
@@ -154,12 +130,11 @@ def _cells(name: str, estimate: Estimate) -> dict[str, object]:
 
 
 def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: Progress | None = None) -> str:
-    """Return a row for each run below a folder, in one of `RUNS_FORMATS`; arguments as of `render_report`.
+    """Return a row for each run below a folder, in one of `RUNS_FORMATS`; arguments as of `load_results`.
 
     Figures that are not applicable are null, or empty cells.
 
     Raises:
-        RecordError: the folder is without runs, or a run is damaged.
         InvalidInputError: the format is unknown.
     """
     if form not in RUNS_FORMATS:
@@ -189,3 +164,51 @@ def run_fields(run: RunRow, folder: Path) -> dict[str, object]:
         "digest": run.digest,
         "folder": printable(run.folder.relative_to(folder).as_posix()),
     }
+
+
+def index_page(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
+    """Return the first page: the report of runs, its figures, and a table of links to `pages` (folder → page)."""
+    tables = score_tables(runs)
+    figures = figures_as_html(runs, tables)
+    return as_html(arrange(summarise(runs), tables, every=True), _listing(runs, pages), figures)
+
+
+def _listing(runs: Sequence[RunRow], pages: Mapping[Path, str]) -> str:
+    """Return a table of links with a row for each scenario, and a column for each managing system."""
+    names = {run.folder: name for name, group in named_groups(runs, name_suite=False) for run in group}
+    systems = list(dict.fromkeys(names[run.folder] for run in runs))
+    cells: dict[str, dict[str, list[str]]] = {run.scenario: {} for run in runs}
+    for run in sorted(runs, key=lambda run: run.seed):
+        links = cells[run.scenario].setdefault(names[run.folder], [])
+        links.append(_link(run, pages.get(run.folder)))
+    heads = "".join(f'<th scope="col">{escape(system)}</th>' for system in systems)
+    rows = "\n".join(
+        f'<tr><th scope="row">{escape(scenario)}</th>'
+        + "".join(f"<td>{', '.join(row.get(system, []))}</td>" for system in systems)
+        + "</tr>"
+        for scenario, row in cells.items()
+    )
+    return f"""<h2>The runs</h2>
+<p>By scenario and managing system, each run by its seed, with its IoU over all frames. A run's page replays it.</p>
+<div class="scroll">
+<table class="listing">
+<thead><tr><th scope="col">scenario</th>{heads}</tr></thead>
+<tbody>
+{rows}
+</tbody>
+</table>
+</div>"""
+
+
+def _link(run: RunRow, page: str | None) -> str:
+    iou = run.metrics["iou_all"]
+    figure = "N/A" if iou is None else f"{iou:.2f}"
+    remarks = {"invalid": not run.valid, "managing system failed": bool(run.failed)}
+    remark = ", ".join(text for text, holds in remarks.items() if holds)
+    outcome = "failed" if run.is_empty else f"{figure} ({remark})" if remark else figure
+    text = f"{run.seed}: {outcome}"
+    reasons = " ".join(filter(None, (run.reason, run.failed)))
+    reason = f' title="{escape(reasons)}"' if reasons else ""
+    if page is None:
+        return f"<span{reason}>{escape(text)}</span>"
+    return f'<a href="{escape(page)}"{reason}>{escape(text)}</a>'

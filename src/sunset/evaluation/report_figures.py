@@ -1,31 +1,38 @@
-"""The figures of a report, with a function for each."""
+"""The figures of a report, with a function for each, in its page and as files."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
 from statistics import fmean
 from textwrap import fill
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from sunset.evaluation.estimates import Estimate
+from sunset.errors import MissingExtraError
 from sunset.evaluation.figure_frame import (
     GRID,
+    PAPER,
     SOFT,
     ReportFigure,
+    Style,
     add_legend,
     panels,
     report_drawing,
-    short_name,
 )
 from sunset.evaluation.figure_runs import Fault, Setup, outcomes_of, scores_of, setup_of
-from sunset.evaluation.results import RunRow
-from sunset.evaluation.scores import LEAST_GAIN, ScoreTable
-from sunset.evaluation.system_styles import PAPER, Style
-from sunset.files.plots import BLUE, can_draw
+from sunset.evaluation.formats import short_name
+from sunset.evaluation.intervals import Estimate
+from sunset.evaluation.results import RunRow, load_results
+from sunset.evaluation.scores import LEAST_GAIN, ScoreTable, score_tables
+from sunset.files.outputs import draft_of_folder
+from sunset.files.plots import BLUE, NEEDS_MATPLOTLIB, can_draw
 from sunset.metrics import FATES
+from sunset.processes.workers import Progress
 from sunset.recording import SCORE_REFERENCES
-from sunset.texts.sentences import listed
+from sunset.texts.sentences import counted, listed
 from sunset_ros.texts import printable
 
 if TYPE_CHECKING:
@@ -33,21 +40,72 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _INTERVALS: Final = "Lines are 95 % confidence intervals, where there are enough runs for them."
+_SUFFIXES: Final = (".pdf", ".svg", ".png")
 _ROW_IN: Final = 0.15
-_MOST_ROWS: Final = 54
-"""The number of rows that fit the height of a page."""
-_SINGLE_ROWS: Final = 32
-"""The largest number of rows in a single column; more rows are drawn in two."""
-_HEADING: Final = 40
-_NAME: Final = 11
-"""The number of characters in a line of a heading, and of a narrow title."""
+_MOST_ROWS: Final = 54  # rows that fit the height of a page
+_SINGLE_ROWS: Final = 32  # the most rows in a single column; more rows are drawn in two
+_HEADING: Final = 40  # characters in a line of a heading
+_NAME: Final = 11  # characters in a line of a narrow title
 _FATE_COLOURS: Final = {"cured": BLUE, "masked": "#E69F00", "missed": PAPER}
 """From dark to light, so that they differ in grey, too."""
 
-_Mark = tuple[str, str, Estimate]
-"""The label of a row, its managing system, and its figure."""
-_Group = tuple[str, Sequence[_Mark]]
-"""A heading, and the rows below it."""
+_Mark = tuple[str, str, Estimate]  # the label of a row, its managing system, and its figure
+_Group = tuple[str, Sequence[_Mark]]  # a heading, and the rows below it
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenFigures:
+    """The figures of a report, in a folder."""
+
+    folder: Path
+    figures: tuple[str, ...]  # names; each has a file NAME.csv with its data
+    drawn: tuple[str, ...]  # the names of figures with files NAME.pdf, NAME.svg and NAME.png
+    missing: tuple[str, ...]  # sentences about parts that are not drawn
+
+    def __str__(self) -> str:
+        """Return a summary in sentences."""
+        drawn = f"{len(self.drawn)} of {counted(len(self.figures), 'figure')} drawn"
+        return "\n".join([f"{drawn}, and the data of all: {self.folder}.", *self.missing])
+
+
+def figures_as_html(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> str:
+    """Return the figures of a report as a part of its page, each with its data."""
+    lacking = "" if can_draw() else f"<p>{escape(NEEDS_MATPLOTLIB)}</p>"
+    return "\n".join(
+        ["<h2>Figures</h2>", lacking, *(each.as_html() for each in report_figures(runs, tables))]
+    )
+
+
+def write_figures(
+    folder: Path, out: Path, *, recompute: bool = False, progress: Progress | None = None
+) -> WrittenFigures:
+    """Write the figures of a report, each as PDF, SVG, PNG and its data as CSV, and their captions as text.
+
+    The folder `out` must not exist, or be empty; other arguments are as of `load_results`.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        OutputError: the folder `out` exists and is not empty, or cannot be written.
+    """
+    if not can_draw():
+        raise MissingExtraError(NEEDS_MATPLOTLIB)
+    runs = load_results(folder, again=recompute, progress=progress)
+    figures = report_figures(runs, score_tables(runs))
+    drawn = [figure for figure in figures if figure.picture]
+    captions = [f"{each.name}: {each.title}. {' '.join((each.caption, *each.missing))}" for each in figures]
+    with draft_of_folder(out, "folder of the figures") as draft:
+        (draft / "captions.txt").write_text(printable("\n\n".join(captions)) + "\n", encoding="utf-8")
+        for figure in figures:
+            (draft / f"{figure.name}.csv").write_text(figure.as_csv(), encoding="utf-8")
+        for figure in drawn:
+            for suffix in _SUFFIXES:
+                figure.save(draft / f"{figure.name}{suffix}")
+    return WrittenFigures(
+        out,
+        tuple(figure.name for figure in figures),
+        tuple(figure.name for figure in drawn),
+        tuple(f"{figure.title}: {text}" for figure in figures for text in figure.missing),
+    )
 
 
 def report_figures(runs: Sequence[RunRow], tables: Sequence[ScoreTable]) -> list[ReportFigure]:
@@ -90,13 +148,13 @@ def _differences(setup: Setup) -> ReportFigure:
         marks: list[_Mark] = []
         for pair in suite.table.differences if suite.table else ():
             first, second = (setup.managers[name] for name in (pair.first, pair.second))
-            won = pair.pairs_won
-            figures = (*_cells(pair.utility), won, pair.p_holm, *_cells(pair.score))
+            figures = (*_cells(pair.utility), pair.pairs_won, pair.p_holm, *_cells(pair.score))
             lines.append((suite.name, first, second, pair.pairs, *figures))
             if pair.utility and suite.table and pair in suite.table.neighbours:
                 marks.append((f"{short_name(first, 14)} − {short_name(second, 14)}", first, pair.utility))
         groups.append((suite.title, marks))
     picture, missing = _rows(setup, groups, "difference in utility", (0,))
+    lacking = "No two managing systems have runs of the same scenario, flight and seed."
     return ReportFigure(
         name="differences",
         title="Paired differences",
@@ -108,9 +166,7 @@ def _differences(setup: Setup) -> ReportFigure:
         ),
         lines=lines,
         picture=picture,
-        missing=missing
-        if picture
-        else ["No two managing systems have runs of the same scenario, flight and seed."],
+        missing=missing if picture else [lacking],
     )
 
 
@@ -143,9 +199,9 @@ def _draw_fates(setup: Setup, counts: Mapping[tuple[Fault, str], Counter[str]]) 
     most = max(title.count("\n") for title in titles)
     picture, grid = panels(len(names), 6, 0.55 + 0.15 * (len(faults) + most))
     for axes, name, title in zip(grid, names, titles, strict=True):
-        left = np.zeros(len(faults))
+        left, fates = np.zeros(len(faults)), [counts.get((fault, name), Counter()) for fault in faults]
         for fate in FATES:
-            shares = np.array([_share(counts.get((fault, name)), fate) for fault in faults])
+            shares = np.array([each[fate] / (each.total() or 1) for each in fates])
             colour = _FATE_COLOURS[fate]
             axes.barh(range(len(faults)), shares, left=left, color=colour, edgecolor=SOFT, linewidth=0.4)
             left += shares
@@ -176,9 +232,8 @@ def _uncured(setup: Setup) -> ReportFigure:
         axes.set_xlim(left=min(0, axes.get_xlim()[0]))
         axes.grid(axis="x")
         _label_faults(axes, faults)
-        add_legend(
-            picture, [Line2D([], [], **setup.looks[name].points, label=short_name(name)) for name in names]
-        )
+        looks = {short_name(name): setup.looks[name].points for name in names}
+        add_legend(picture, [Line2D([], [], **points, label=name) for name, points in looks.items()])
     return ReportFigure(
         name="uncured",
         title="Time without a cure by fault",
@@ -250,10 +305,6 @@ def _draw_rows(axes: "Axes", column: Sequence[_Group], looks: Mapping[str, Style
             ticks[place] = short_name(name, 31)
             place += 1
     axes.set_yticks(list(ticks), list(ticks.values()))
-
-
-def _share(counts: Counter[str] | None, fate: str) -> float:
-    return counts[fate] / counts.total() if counts else 0.0
 
 
 def _cells(estimate: Estimate | None) -> tuple[float | None, ...]:

@@ -21,25 +21,22 @@ from sunset.texts.names import PLAN_FILE, RUN_FILE
 FIGURES: Final = RunMetrics.names()
 """The names of a run's figures, as of `RunMetrics`."""
 
-_CHECKSUM: Final = 8
-"""Digits of a short checksum."""
+_CHECKSUM: Final = 8  # digits of a short checksum
+_SAME: Final = (
+    *("scenario", "suite", "manager", "seed", "model", "middleware", "digest", "valid", "reason", "evidence"),
+    *("task", "is_empty"),
+)
+"""The fields of a row that `run.json` has, too."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Flight:
-    """The flight of a run.
+    """The flight of a run."""
 
-    Attributes:
-        duration_s: the measured time [s].
-        looped: whether the bag is repeated after its end.
-        bag: the bag's checksum; empty if it is unknown.
-        name: the flight's name; empty if it is unknown.
-    """
-
-    duration_s: float
-    looped: bool = False
-    bag: str = ""
-    name: str = ""
+    duration_s: float  # the measured time
+    looped: bool = False  # whether the bag is repeated after its end
+    bag: str = ""  # the bag's checksum; empty if it is unknown
+    name: str = ""  # empty if it is unknown
 
     @property
     def short_bag(self) -> str:
@@ -48,12 +45,8 @@ class Flight:
 
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
-        return {
-            "duration_s": self.duration_s,
-            "bag_looped": self.looped,
-            "flight": self.name,
-            "bag_checksum": self.bag,
-        }
+        flight = {"flight": self.name, "bag_checksum": self.bag}
+        return {"duration_s": self.duration_s, "bag_looped": self.looped, **flight}
 
     def label(self, *, bag: bool = False) -> str:
         """Return the suffix for a name: differences from the paper's flight and, if `bag`, the flight.
@@ -70,65 +63,37 @@ class Flight:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunRow:
-    """A stored run.
-
-    Attributes:
-        scenario: its name, with `faults` where scenarios with this name differ.
-        suite: empty for a user's own scenario.
-        manager: its name, with `sources` where managing systems with this name differ.
-        model: its name, with `setting` where models with this name differ.
-        setting: a short checksum of the model's networks, and of its thresholds on the flight.
-        sources: a short checksum of the managing system's files; empty if it is unknown.
-        faults: a short checksum of the scenario's faults.
-        alike: the degradations by which runs are clustered, else the outages.
-        suite_size: the number of scenarios in its suite; 0 if it is unknown.
-        digest: of the record's messages.
-        metrics: the figures by name; None where a figure is not applicable.
-        outcomes: of its faults.
-        frames: the number of frames of the measured time.
-        evidence: of its managing system.
-        version: of SUNSET and of extensions; empty if it is unknown.
-        others: package → version, also of packages that its managing system imported.
-        valid: whether the run is valid.
-        reason: why it is invalid.
-        task: of its managing system, `repair` or `diagnose`.
-        thinking_s: the experiment's time that each decision took [s].
-        failed: how its managing system failed, in a sentence; empty if it did not.
-        missing_walls: the missing walls around a user's own managing system.
-        warning: a sentence about the flight with this model; may be empty.
-        is_empty: whether the whole run failed, so that record and figures are missing.
-        differing: the figures whose stored value differs from the computed value.
-    """
+    """A stored run."""
 
     folder: Path
-    scenario: str
-    suite: str
-    manager: str
+    scenario: str  # with `faults` where scenarios with this name differ
+    suite: str  # empty for a user's own scenario
+    manager: str  # with `sources` where managing systems with this name differ
     seed: int
-    model: str
-    setting: str
+    model: str  # with `setting` where models with this name differ
+    setting: str  # a short checksum of the model's networks, and of its thresholds on the flight
     middleware: str
     digest: str
-    metrics: Mapping[str, float | None]
+    metrics: Mapping[str, float | None]  # the figures by name; None where a figure is not applicable
     flight: Flight
     outcomes: tuple[FaultOutcome, ...] = ()
-    frames: int = 200
+    frames: int = 200  # the number of frames of the measured time
     evidence: Evidence = "symptoms"
-    sources: str = ""
-    faults: str = ""
-    alike: str = ""
-    suite_size: int = 0
-    task: str = REPAIR
-    thinking_s: float = 0.0
-    version: str = ""
-    others: Mapping[str, str] = field(default_factory=dict)
+    sources: str = ""  # a short checksum of the managing system's files; empty if it is unknown
+    faults: str = ""  # a short checksum of the scenario's faults
+    alike: str = ""  # the degradations by which runs are clustered, else the outages
+    suite_size: int = 0  # the number of scenarios in its suite; 0 if it is unknown
+    task: str = REPAIR  # of its managing system, `repair` or `diagnose`
+    thinking_s: float = 0.0  # the experiment's time that each decision took
+    version: str = ""  # of SUNSET and of extensions; empty if it is unknown
+    others: Mapping[str, str] = field(default_factory=dict)  # package → version, as in `run.json`
     valid: bool = True
-    reason: str = ""
-    failed: str = ""
-    missing_walls: tuple[str, ...] = ()
-    warning: str = ""
-    is_empty: bool = False
-    differing: tuple[str, ...] = ()
+    reason: str = ""  # why it is invalid
+    failed: str = ""  # how its managing system failed, in a sentence; empty if it did not
+    missing_walls: tuple[str, ...] = ()  # around a user's own managing system
+    warning: str = ""  # a sentence about the flight with this model
+    is_empty: bool = False  # whether the whole run failed, so that record and figures are missing
+    differing: tuple[str, ...] = ()  # the figures whose stored value differs from the computed value
 
     @property
     def cluster(self) -> Cluster:
@@ -150,15 +115,15 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
     """Return every run below a folder, in order of its path in its campaign.
 
     So the shards of a campaign in different folders give the same order as the whole. Two copies of a run are returned
-    once.
+    once. Hidden folders have unfinished runs, and are skipped.
 
     Args:
-        folder: of a run, of a campaign, or of several campaigns; hidden folders have unfinished runs, and are skipped.
+        folder: of a run, of a campaign, or of several campaigns.
         again: compute the figures from the recorded messages instead of reading them.
-        progress: called after each run.
+        progress: called with (runs that are read, runs in all).
 
     Raises:
-        RecordError: the folder is missing or without runs, a run is damaged, or two copies of a run differ.
+        RecordError: the folder is missing or without runs, or a run is damaged.
     """
     folders = _run_folders(folder)
     rows: dict[tuple[object, ...], RunRow] = {}
@@ -173,7 +138,7 @@ def load_results(folder: Path, *, again: bool = False, progress: Progress | None
             raise
         setup = (row.suite, row.manager, row.sources, row.setting, row.flight, row.middleware, row.version)
         messages = (row.scenario, row.faults, row.seed) if row.is_empty else (row.digest,)
-        _check_copy(row, rows.setdefault((*setup, *messages), row))
+        rows.setdefault((*setup, *messages), row)
         if progress is not None:
             progress(done, len(folders))
     runs = list(rows.values())
@@ -207,17 +172,6 @@ def _place(file: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return parts[start:], parts
 
 
-def _check_copy(row: RunRow, known: RunRow) -> None:
-    """Refuse a copy of a run that differs from it."""
-    for name in ("scenario", "faults", "model", "seed", "valid", "metrics"):
-        values = getattr(row, name), getattr(known, name)
-        if values[0] != values[1] and None not in values:
-            raise RecordError(
-                f"The runs {known.folder} and {row.folder} have the same messages and must be the same run, but differ "
-                f"in their {name}: one of them was edited; remove that one."
-            )
-
-
 def _with_checksums(rows: Sequence[RunRow], name: str, checksum: str) -> list[RunRow]:
     """Return the rows, with the checksum behind ambiguous names; models have different thresholds on each flight."""
     known: defaultdict[tuple[str, Flight | None], set[str]] = defaultdict(set)
@@ -235,32 +189,20 @@ def _with_checksums(rows: Sequence[RunRow], name: str, checksum: str) -> list[Ru
 def _read(folder: Path, *, again: bool) -> RunRow:
     run = read_run(folder)
     computed = score(read_timeline(folder)) if again and not run.is_empty else None
-    extensions = " and ".join(
-        f"{name} {sha[:_CHECKSUM]}" for name, sha in sorted((run.extensions or {}).items())
-    )
+    extended = [f"{name} {sha[:_CHECKSUM]}" for name, sha in sorted((run.extensions or {}).items())]
+    others = {name: version for name, version in run.versions.items() if name != "sunset"}
     return RunRow(
+        **{name: getattr(run, name) for name in _SAME},
         folder=folder,
-        scenario=run.scenario,
-        suite=run.suite,
-        manager=run.manager,
-        seed=run.seed,
-        model=run.model,
-        middleware=run.middleware,
-        digest=run.digest,
-        valid=run.valid,
-        reason=run.reason,
         metrics=computed.to_json() if computed else stored_figures(run, folder / RUN_FILE),
         outcomes=computed.outcomes if computed else run.fault_outcomes,
         frames=run.expected_frames,
-        evidence=run.evidence,
         differing=differences(run, computed) if computed else (),
-        version=run.versions.get("sunset", "") + (f" with {extensions}" if extensions else ""),
-        others={name: value for name, value in run.versions.items() if name != "sunset"}
-        | (run.manager_versions or {}),
+        version=run.versions.get("sunset", "") + (f" with {' and '.join(extended)}" if extended else ""),
+        others=others | (run.manager_versions or {}),
         setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds}),
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
-        task=run.task,
         thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
         alike=run.alike or "",
@@ -268,7 +210,6 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         failed=run.manager_failed or "",
         missing_walls=run.missing_walls or (),
         warning=run.flight_warning or "",
-        is_empty=run.is_empty,
     )
 
 

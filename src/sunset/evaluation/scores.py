@@ -2,14 +2,13 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 from math import fsum, inf
 from statistics import fmean
 from typing import Final, NamedTuple, TypeAlias
 
 from sunset.evaluation.differences import Experiment, Figures, ManagerDifference, differences
-from sunset.evaluation.estimates import Estimate, estimate, estimate_ratio
-from sunset.evaluation.intervals import Cluster
+from sunset.evaluation.intervals import Cluster, Estimate, estimate, estimate_ratio
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.summary import estimate_figure, named_groups, setting_label
 from sunset.metrics import utility_of
@@ -42,34 +41,19 @@ NO_SCORE: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScoreRow:
-    """A managing system in a suite, on all its flights.
+    """A managing system in a suite, on all its flights."""
 
-    Attributes:
-        system: the row's name.
-        manager: the managing system.
-        evidence: `symptoms` or `images`; `nothing` and `faults` for the references.
-        runs: the number of runs.
-        invalid: the number of invalid runs.
-        missing: the number of runs that only other managing systems of the table have.
-        score: over the runs with something to repair; None without such runs.
-        harm: the utility of never repairing less its own, over the other runs; None without such runs.
-        unpaired: the number of runs without valid runs of both references, which count for neither.
-        estimates: figure → estimate over the valid runs.
-        faults: the number of faults in the valid runs.
-        cured: the number of cured faults.
-    """
-
-    system: str
+    system: str  # the row's name
     manager: str
-    evidence: str
+    evidence: str  # `symptoms` or `images`; `nothing` and `faults` for the references
     runs: int
-    invalid: int
-    missing: int
-    score: Estimate | None
-    harm: Estimate | None
-    unpaired: int
-    estimates: Mapping[str, Estimate | None]
-    faults: int
+    invalid: int  # of its runs
+    missing: int  # runs that only other managing systems of the table have
+    score: Estimate | None  # over the runs with something to repair
+    harm: Estimate | None  # the utility of never repairing less its own, over the other runs
+    unpaired: int  # runs without valid runs of both references, which count for neither
+    estimates: Mapping[str, Estimate | None]  # of `FIRST_FIGURES`, over the valid runs
+    faults: int  # in the valid runs
     cured: int
 
     @property
@@ -82,18 +66,11 @@ class ScoreRow:
         """Whether most of its runs had nothing to repair, so that the harm says more than the score."""
         return self.harm is not None and 2 * self.harm.runs > self.runs
 
-    def is_comparable(self, other: "ScoreRow") -> bool:
-        """Return whether both have the same evidence, or one is a reference."""
-        return self.evidence == other.evidence or self.is_reference or other.is_reference
-
     def to_json(self) -> dict[str, object]:
         """Return it as JSON values."""
+        names = ("system", "manager", "evidence", "is_reference", "runs")
         return {
-            "system": self.system,
-            "manager": self.manager,
-            "evidence": self.evidence,
-            "is_reference": self.is_reference,
-            "runs": self.runs,
+            **{name: getattr(self, name) for name in names},
             "runs_invalid": self.invalid,
             "runs_missing": self.missing,
             "runs_unpaired": self.unpaired,
@@ -104,26 +81,15 @@ class ScoreRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScoreTable:
-    """The managing systems of a suite, on all its flights, from the best to the worst.
+    """The managing systems of a suite, on all its flights, from the best to the worst."""
 
-    Attributes:
-        title: the suite, with its settings if other tables have the same suite.
-        example: a run; all runs have the same settings.
-        rows: in order of score; of harm if most runs have nothing to repair; else of mean utility.
-        differences: between comparable rows, the better first.
-        orders: multiple of the prices → the rows' names in order of score at these prices; empty without scores.
-    """
-
-    title: str
-    example: RunRow
-    rows: tuple[ScoreRow, ...]
-    differences: tuple[ManagerDifference, ...]
-    orders: Mapping[float, tuple[str, ...]]
-
-    @property
-    def has_scores(self) -> bool:
-        """Whether a row has a score or harm."""
-        return any(row.score or row.harm for row in self.rows)
+    title: str  # the suite, with its settings if other tables have the same suite
+    example: RunRow  # all runs have the same settings
+    rows: tuple[ScoreRow, ...]  # by score; by harm if most runs have nothing to repair; else by mean utility
+    differences: tuple[ManagerDifference, ...]  # between comparable rows, the better first
+    orders: Mapping[
+        float, tuple[str, ...]
+    ]  # multiple of the prices → the rows' names by score at these prices
 
     @property
     def classes(self) -> Mapping[str, tuple[str, ...]]:
@@ -199,21 +165,12 @@ def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
 
 
 class _Measured(NamedTuple):
-    """Utilities by experiment.
+    """Utilities by experiment."""
 
-    Attributes:
-        healthy: the healthy IoU of `none`.
-        nothing: the utility of `none`.
-        scored: the gain of `oracle`, where it is enough for a score.
-        others: the gain of `oracle` elsewhere.
-        systems: name → utilities.
-        clusters: of the runs.
-    """
-
-    healthy: Figures
-    nothing: Figures
-    scored: Figures
-    others: Figures
+    healthy: Figures  # the healthy IoU of `none`
+    nothing: Figures  # the utility of `none`
+    scored: Figures  # the gain of `oracle`, where it is enough for a score
+    others: Figures  # the gain of `oracle` elsewhere
     systems: Mapping[str, Figures]
     clusters: Mapping[Experiment, Cluster]
 
@@ -226,17 +183,16 @@ def score_rows(systems: Systems) -> tuple[ScoreRow, ...]:
 def _table(title: str, systems: Systems) -> ScoreTable:
     measured = _measured(systems)
     rows = _rows(systems, measured)
-    pairs = [(row, other) for place, row in enumerate(rows) for other in rows[place + 1 :]]
+    pairs = [
+        (row.system, other.system)
+        for row, other in combinations(rows, 2)
+        if row.evidence == other.evidence or row.is_reference or other.is_reference
+    ]
     return ScoreTable(
         title=title,
         example=next(iter(systems.values()))[0],
         rows=rows,
-        differences=differences(
-            {row.system: measured.systems[row.system] for row in rows},
-            measured.scored,
-            measured.clusters,
-            [(row.system, other.system) for row, other in pairs if row.is_comparable(other)],
-        ),
+        differences=differences(measured.systems, measured.scored, measured.clusters, pairs),
         orders={multiple: _order(systems, measured, multiple) for multiple in PRICE_MULTIPLES}
         if measured.scored
         else {},
@@ -267,38 +223,35 @@ def _measured(systems: Systems) -> _Measured:
 
 
 def _rows(systems: Systems, measured: _Measured) -> tuple[ScoreRow, ...]:
-    nothing, scored, others, clusters = measured.nothing, measured.scored, measured.others, measured.clusters
-    rows = []
-    for name, runs in systems.items():
-        known = measured.systems[name]
-        shared, harmed = ([key for key in known if key in of] for of in (scored, others))
-        valid = [run for run in runs if run.valid]
-        outcomes = [outcome for run in valid for outcome in run.outcomes]
-        rows.append(
-            ScoreRow(
-                system=name,
-                manager=runs[0].manager,
-                evidence=_evidence(runs),
-                runs=len(runs),
-                invalid=len(runs) - len(valid),
-                missing=len({*scored, *others} - {run.experiment for run in runs}),
-                score=estimate_ratio(
-                    [known[key] - nothing[key] for key in shared],
-                    [scored[key] for key in shared],
-                    [clusters[key] for key in shared],
-                )
-                if shared
-                else None,
-                harm=estimate(
-                    [nothing[key] - known[key] for key in harmed], [clusters[key] for key in harmed]
-                ),
-                unpaired=sum(run.experiment not in {*scored, *others} for run in runs),
-                estimates={figure: estimate_figure(valid, figure) for figure in FIRST_FIGURES},
-                faults=len(outcomes),
-                cured=sum(outcome.cured is not None for outcome in outcomes),
-            )
-        )
+    rows = [_row(name, runs, measured) for name, runs in systems.items()]
     return tuple(sorted(rows, key=lambda row: _rank(row, measured.systems[row.system])))
+
+
+def _row(name: str, runs: Sequence[RunRow], measured: _Measured) -> ScoreRow:
+    _, nothing, scored, others, systems, clusters = measured
+    known = systems[name]
+    shared, harmed = ([key for key in known if key in of] for of in (scored, others))
+    valid = [run for run in runs if run.valid]
+    outcomes = [outcome for run in valid for outcome in run.outcomes]
+    paired = {*scored, *others}
+    return ScoreRow(
+        system=name,
+        manager=runs[0].manager,
+        evidence=_evidence(runs),
+        runs=len(runs),
+        invalid=len(runs) - len(valid),
+        missing=len(paired - {run.experiment for run in runs}),
+        score=estimate_ratio(
+            [known[key] - nothing[key] for key in shared],
+            [scored[key] for key in shared],
+            [clusters[key] for key in shared],
+        ),
+        harm=estimate([nothing[key] - known[key] for key in harmed], [clusters[key] for key in harmed]),
+        unpaired=sum(run.experiment not in paired for run in runs),
+        estimates={figure: estimate_figure(valid, figure) for figure in FIRST_FIGURES},
+        faults=len(outcomes),
+        cured=sum(outcome.cured is not None for outcome in outcomes),
+    )
 
 
 def _evidence(runs: Sequence[RunRow]) -> str:

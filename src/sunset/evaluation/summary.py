@@ -1,57 +1,82 @@
 """The rows of the table, with the runs of a managing system each."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from math import inf
 from operator import attrgetter
 from pathlib import PurePath
-from types import MappingProxyType
 from typing import Final
 
 from msgspec.inspect import FloatType, IntType, UnionType, type_info
 
-from sunset.evaluation.estimates import Estimate, estimate
+from sunset.evaluation.figure_frame import SHIPPED
+from sunset.evaluation.intervals import Estimate, estimate
 from sunset.evaluation.results import FIGURES, RunRow
-from sunset.evaluation.system_styles import SHIPPED
 from sunset.files.schemas import fields_of
 from sunset.metrics import FATES, FaultOutcome, RunMetrics
 from sunset.recording import TABLE_REFERENCES
 from sunset.system import REPAIR
 
-_REFERENCE_FIGURES: Final = ("iou", "iou_all", "miou", "frames_without_truth")
-"""The figures of rows that judge no managing system."""
 PAPER_SUITES: Final = frozenset({"paper", "nofault", "degraded"})
 """The suites of the paper's table."""
+_REFERENCE_FIGURES: Final = (
+    "iou",
+    "iou_all",
+    "miou",
+    "frames_without_truth",
+)  # they judge no managing system
 _SUITES: Final = ("paper", "artifact", "nofault", "degraded")
-_SUITE_LABELS: Final = MappingProxyType(
-    {"paper": "", "nofault": ", no faults", "degraded": ", F4 and F5", "": " (own scenarios)"}
-)
+_SUITE_LABELS: Final = {
+    "paper": "",
+    "nofault": ", no faults",
+    "degraded": ", F4 and F5",
+    "": " (own scenarios)",
+}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True)
 class SystemRow:
     """A row of the table.
 
     Attributes:
         system: its name.
-        example: a run of the row; its runs have all but scenario and seed in common.
-        all_runs: its runs, also invalid runs.
-        runs: the number of valid runs.
-        estimates: figure → estimate over the valid runs; None where it is not applicable.
-        episodes: failure episodes of all valid runs together.
-        unresolved: episodes that no adaptation ended.
-        outcomes: of the faults of all valid runs; empty for reference rows.
+        all_runs: its runs, also invalid runs; they have all but scenario and seed in common.
     """
 
     system: str
-    example: RunRow
-    all_runs: tuple[RunRow, ...]
-    runs: int
-    estimates: Mapping[str, Estimate | None]
-    episodes: int
-    unresolved: int
-    outcomes: tuple[FaultOutcome, ...]
+    all_runs: Sequence[RunRow]
+
+    @property
+    def example(self) -> RunRow:
+        """A run of the row."""
+        return self.all_runs[0]
+
+    @cached_property
+    def valid(self) -> Sequence[RunRow]:
+        """Its valid runs."""
+        return [run for run in self.all_runs if run.valid]
+
+    @property
+    def runs(self) -> int:
+        """The number of valid runs."""
+        return len(self.valid)
+
+    @cached_property
+    def estimates(self) -> Mapping[str, Estimate | None]:
+        """Figure → estimate over the valid runs; None where it is not applicable."""
+        judged = _REFERENCE_FIGURES if self.is_reference else FIGURES
+        return {name: estimate_figure(self.valid, name) if name in judged else None for name in FIGURES}
+
+    @property
+    def outcomes(self) -> Sequence[FaultOutcome]:
+        """The outcomes of the faults of all valid runs; empty for reference rows."""
+        return [outcome for run in self.valid if not self.is_reference for outcome in run.outcomes]
+
+    def total(self, figure: str) -> float:
+        """Return a figure's sum over the valid runs; 0 for reference rows."""
+        return 0 if self.is_reference else sum(run.metrics[figure] or 0 for run in self.valid)
 
     @property
     def is_reference(self) -> bool:
@@ -60,8 +85,9 @@ class SystemRow:
 
     @property
     def unresolved_rate(self) -> float | None:
-        """The share of unresolved episodes; None without episodes, and for reference rows."""
-        return self.unresolved / self.episodes if self.episodes and not self.is_reference else None
+        """The share of failure episodes that no adaptation ended; None without episodes, and for reference rows."""
+        episodes = self.total("episodes")
+        return self.total("episodes_unresolved") / episodes if episodes else None
 
     @property
     def cured(self) -> int:
@@ -76,11 +102,8 @@ class SystemRow:
     @property
     def fates(self) -> dict[str, dict[str, int]]:
         """The number of faults by fate: fault → fate → number."""
-        names = sorted({outcome.fault for outcome in self.outcomes})
-        counts = {name: dict.fromkeys(FATES, 0) for name in names}
-        for outcome in self.outcomes:
-            counts[outcome.fault][outcome.fate] += 1
-        return counts
+        counts = Counter((outcome.fault, outcome.fate) for outcome in self.outcomes)
+        return {name: {fate: counts[name, fate] for fate in FATES} for name in sorted({f for f, _ in counts})}
 
 
 def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
@@ -90,16 +113,17 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
     several. Names also mark looped flights, unusual durations, incomplete suites and thinking time. Invalid runs count
     for no figure, and are listed.
     """
-    return [_row(name, group) for name, group in named_groups(rows)]
+    return [SystemRow(name, group) for name, group in named_groups(rows)]
 
 
 def estimate_figure(runs: Sequence[RunRow], name: str) -> Estimate | None:
     """Return the mean of a figure of runs, with an interval within the figure's limits; None if no run has it."""
     mean = estimate([run.metrics[name] for run in runs], [run.cluster for run in runs])
-    if mean is None:
-        return None
-    least, most = _limits(name)
-    return mean.limited(least, min(most, runs[0].flight.duration_s) if name.endswith("_s") else most)
+    if mean is None or mean.interval is None:
+        return mean
+    (low, high), (least, most) = mean.interval, _limits(name)
+    most = min(most, runs[0].flight.duration_s) if name.endswith("_s") else most
+    return replace(mean, low=max(low, least), high=min(high, most))
 
 
 @cache
@@ -116,10 +140,8 @@ def named_groups(
 ) -> list[tuple[str, list[RunRow]]]:
     """Return the names of rows, as of `summarise`, with their runs.
 
-    Args:
-        rows: the runs.
-        by_flight: whether flights have different rows, and names the settings; durations always have different rows.
-        name_suite: whether names have the suite.
+    Unless it is `by_flight`, all flights of a duration are in a row, and names have no settings. Names have the suite
+    if `name_suite`.
     """
     runs = list(rows)
     groups: dict[tuple[object, ...], list[RunRow]] = {}
@@ -139,13 +161,9 @@ def named_groups(
 
 
 def setting_label(run: RunRow, runs: Sequence[RunRow], part: str = "", *, by_flight: bool = True) -> str:
-    """Return the settings in a row's name: unusual settings, and settings that differ within a report.
+    """Return the settings in the name of a run's row: unusual settings, and settings that differ within a report.
 
-    Args:
-        run: a run of the row.
-        runs: all runs of the report.
-        part: the text behind the model.
-        by_flight: whether flights have different rows.
+    `runs` are all runs of the report, and `part` is the text behind the model.
     """
     several_models, several_bags, several_middlewares, several_versions = (
         len({value(other) for other in runs}) > 1
@@ -194,21 +212,3 @@ def manager_names(managers: set[str]) -> dict[str, str]:
     short = {manager: PurePath(manager).name if manager in files else manager for manager in managers}
     names = list(short.values())
     return {manager: name if names.count(name) == 1 and name else manager for manager, name in short.items()}
-
-
-def _row(system: str, group: Sequence[RunRow]) -> SystemRow:
-    valid = [run for run in group if run.valid]
-    is_reference = (group[0].suite, group[0].manager) in TABLE_REFERENCES
-    judged = _REFERENCE_FIGURES if is_reference else FIGURES
-    return SystemRow(
-        system=system,
-        example=group[0],
-        all_runs=tuple(group),
-        runs=len(valid),
-        estimates=MappingProxyType(
-            {name: estimate_figure(valid, name) if name in judged else None for name in FIGURES}
-        ),
-        episodes=sum(int(run.metrics["episodes"] or 0) for run in valid),
-        unresolved=sum(int(run.metrics["episodes_unresolved"] or 0) for run in valid),
-        outcomes=tuple(outcome for run in valid if not is_reference for outcome in run.outcomes),
-    )

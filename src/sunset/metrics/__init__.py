@@ -1,12 +1,16 @@
 """Figures of a run, measured from outside: pure functions of a timeline."""
 
 from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
-from sunset.metrics.confusion import ClassCounts, accumulated_iou, class_iou, count_classes, image_iou
-from sunset.metrics.downtime import downtime
-from sunset.metrics.entropy import normalised_entropy
-from sunset.metrics.episodes import Episode, Spell, excesses, failure_episodes, silences
-from sunset.metrics.score import RunMetrics, score, utility_of
-from sunset.metrics.settings import Settings
+from sunset.metrics.confusion import (
+    ClassCounts,
+    accumulated_iou,
+    class_iou,
+    count_classes,
+    image_iou,
+    normalised_entropy,
+)
+from sunset.metrics.episodes import Episode, Spell, excesses, failure_episodes, silences, spells_of
+from sunset.metrics.score import RunMetrics, downtime, score, utility_of
 from sunset.metrics.timeline import (
     NUMBER_OF_CLASSES,
     Command,
@@ -18,7 +22,7 @@ from sunset.metrics.timeline import (
     Setting,
     Timeline,
 )
-from sunset.metrics.treatments import FATES, FaultOutcome
+from sunset.metrics.treatments import FATES, FaultOutcome, Settings
 
 __all__ = [
     "FATES",
@@ -49,6 +53,7 @@ __all__ = [
     "normalised_entropy",
     "score",
     "silences",
+    "spells_of",
     "unnecessary_redeploys",
     "utility_of",
 ]

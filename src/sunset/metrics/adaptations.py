@@ -3,17 +3,16 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
-from sunset.metrics.downtime import TOLERANCE_S
-from sunset.metrics.timeline import Command, Injection
+from sunset.metrics.timeline import TOLERANCE_S, Command, Injection
 from sunset.system import INFRASTRUCTURE, current_system, short_name
 
 _RESTART_S = 1.0  # at most from deactivate to activate
-_KINDS = MappingProxyType(
-    {kind: kind for kind in ("activate", "deactivate", "configure", "cleanup", "redeploy")}
-    | {"shutdown": "redeploy", "set_parameters": "set_parameter"}
-)
+_KINDS = {
+    **{kind: kind for kind in ("activate", "deactivate", "configure", "cleanup", "redeploy")},
+    "shutdown": "redeploy",
+    "set_parameters": "set_parameter",
+}
 _BETWEEN = ("cleanup", "configure")  # lifecycle steps that may lie within a restart
 _FRACTION = re.compile(r"-?\d+\.\d+(e[+-]\d+)?")
 
@@ -24,12 +23,11 @@ class ExecutedAdaptation:
 
     Attributes:
         time: when its command was received, for a restart the first [s].
-        node: the node, without namespace.
+        node: without namespace.
         kind: `restart`, `redeploy`, `activate`, `deactivate`, `configure`, `cleanup`, `set_parameter` or
             `change_topic`.
         client: the full name of the node that requested it.
-        parameters: the names of the parameters that were set.
-        values: their values as text.
+        values: of the parameters that were set, as text.
         begun: when the shutdown before a redeploy was received [s].
         completed: when the activation of a restart was received [s].
     """
@@ -136,33 +134,21 @@ def _adaptation(command: Command) -> ExecutedAdaptation | None:
 
 def _append(done: list[ExecutedAdaptation], new: ExecutedAdaptation) -> None:
     """Append `new`, or merge it with the deactivation that it completes into a restart."""
-    steps = _begun_restart(done, new) if new.kind == "activate" else []
-    if not steps:
-        done.append(new)
-        return
-    done[steps[-1]] = replace(done[steps[-1]], kind="restart", completed=new.time)
-    for position in steps[:-1]:
-        del done[position]
-
-
-def _begun_restart(done: Sequence[ExecutedAdaptation], new: ExecutedAdaptation) -> list[int]:
-    """Return the indices of the steps of the restart that an activation completes, from the last to the deactivation.
-
-    It is empty without a deactivation.
-    """
-    steps: list[int] = []
-    for position in range(len(done) - 1, -1, -1):
-        old = done[position]
+    steps: list[ExecutedAdaptation] = []
+    for old in reversed(done if new.kind == "activate" else []):
         if new.time - old.time > _RESTART_S + TOLERANCE_S:
             break
         if (old.node, old.client) != (new.node, new.client) or old.parameters:
             continue
         if old.kind == "deactivate":
-            return [*steps, position]
+            done[done.index(old)] = replace(old, kind="restart", completed=new.time)
+            for step in steps:
+                done.remove(step)
+            return
         if old.kind not in _BETWEEN:
             break
-        steps.append(position)
-    return []
+        steps.append(old)
+    done.append(new)
 
 
 def unnecessary_redeploys(
@@ -177,17 +163,15 @@ def unnecessary_redeploys(
     """
     open_faults = [injection for injection in injections if injection.redeploy_only]
     unnecessary = []
-    for adaptation in adaptations:
-        if adaptation.kind != "redeploy":
-            continue
+    for redeploy in (adaptation for adaptation in adaptations if adaptation.kind == "redeploy"):
         cured = [
             fault
             for fault in open_faults
-            if short_name(fault.node) == adaptation.node
-            and fault.time <= adaptation.time
-            and (fault.healed is None or fault.over is None or min(adaptation.moments) < fault.over)
+            if short_name(fault.node) == redeploy.node
+            and fault.time <= redeploy.time
+            and (fault.healed is None or fault.over is None or min(redeploy.moments) < fault.over)
         ]
-        if not cured:
-            unnecessary.append(adaptation)
         open_faults = [fault for fault in open_faults if fault not in cured]
+        if not cured:
+            unnecessary.append(redeploy)
     return tuple(unnecessary)

@@ -1,4 +1,4 @@
-"""Intersection over union, from counts of pixels.
+"""Intersection over union, from counts of pixels, and the entropy of a network.
 
 `image_iou` is the paper's figure (section 4): the mean over the classes in an image. Its mean over images is not the
 mIoU of a data set, which `accumulated_iou` returns from summed counts.
@@ -13,18 +13,16 @@ import numpy.typing as npt
 
 from sunset.metrics.timeline import NUMBER_OF_CLASSES, Counts
 
-_EXACT: Final = 1 << 24
-"""The number of pixels that can be counted exactly with `float32`."""
+_EXACT: Final = 1 << 24  # pixels that can be counted exactly with `float32`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClassCounts:
-    """Pixels of each class in an image, or in several images together.
+    """Pixels of each class (28,) in an image, or in several images together.
 
     Attributes:
-        intersection: (28,) in the prediction and in the truth.
-        predicted: (28,) in the prediction, where the truth is a class.
-        truth: (28,) in the truth.
+        intersection: in the prediction and in the truth.
+        predicted: in the prediction, where the truth is a class.
     """
 
     intersection: Counts
@@ -51,9 +49,9 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
     import cv2  # noqa: PLC0415  a slow import, which reading counts does not need
 
     side = NUMBER_OF_CLASSES + 1  # the last is for pixels without a class
-    pairs = _classes(truth).astype(np.uint16)
+    pairs = np.minimum(truth, NUMBER_OF_CLASSES).astype(np.uint16)
     pairs *= side
-    pairs += _classes(prediction).astype(np.uint8, copy=False)
+    pairs += np.minimum(prediction, NUMBER_OF_CLASSES)
     pairs = pairs.reshape(1, -1)
     confusion = np.zeros(side * side, np.int64)
     for start in range(0, pairs.size, _EXACT):
@@ -68,18 +66,8 @@ def count_classes(prediction: npt.NDArray[np.uint8], truth: npt.NDArray[np.uint8
     )
 
 
-def _classes(indices: npt.NDArray[np.integer]) -> npt.NDArray[np.integer]:
-    """Return class indices, with `NUMBER_OF_CLASSES` for any other value."""
-    known = np.minimum(indices, NUMBER_OF_CLASSES)
-    return known if known.dtype.kind == "u" else np.where(known < 0, NUMBER_OF_CLASSES, known)
-
-
 def class_iou(counts: ClassCounts) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-    """Return each class's IoU, 0 where it is absent, and which classes are present.
-
-    Returns:
-        (28,) IoU in [0, 1], and (28,) whether the class is in the prediction or in the truth.
-    """
+    """Return each class's IoU (28,) in [0, 1], 0 where it is absent, and whether it is present in either (28,)."""
     union = counts.predicted + counts.truth - counts.intersection
     present = union > 0
     return counts.intersection / np.maximum(union, 1), present
@@ -96,13 +84,35 @@ def image_iou(counts: ClassCounts) -> float:
 
 
 def accumulated_iou(intersection: Counts, predicted: Counts, truth: Counts) -> float | None:
-    """Return the mIoU of a data set, in [0, 1], from the summed counts of N images; None without a class.
-
-    Args:
-        intersection: (N, 28) as of `ClassCounts`.
-        predicted: (N, 28).
-        truth: (N, 28).
-    """
+    """Return the mIoU of a data set, in [0, 1], from the counts (N, 28) of N images; None without a class."""
     total = ClassCounts(intersection.sum(axis=0), predicted.sum(axis=0), truth.sum(axis=0))
     iou, present = class_iou(total)
     return float(iou[present].mean()) if present.any() else None
+
+
+def normalised_entropy(logits: npt.NDArray[np.floating], *, temperature: float = 1.0) -> float:
+    """Return the mean over pixels of the Shannon entropy of the softmax, divided by its maximum.
+
+    The paper (section 3.3) uses the mean entropy of the logits. Divided by the logarithm of the number of classes, it
+    is 0 if the network is sure everywhere, and 1 if all classes are equally likely.
+
+    Args:
+        logits: (C, H, W), finite, at least two classes C and one pixel.
+        temperature: the logits are divided by it; greater than 0.
+
+    Raises:
+        ValueError: the shape or the temperature is invalid.
+
+    >>> normalised_entropy(np.zeros((28, 2, 3)))
+    1.0
+    """
+    if logits.ndim != 3 or logits.shape[0] < 2 or logits.size == 0:  # noqa: PLR2004  shape (C >= 2, H, W)
+        raise ValueError(f"Logits must have shape (C, H, W) with C of 2 or more, got {logits.shape}.")
+    if not temperature > 0:
+        raise ValueError(f"The temperature must be greater than 0, got {temperature!r}.")
+    scaled = logits.astype(np.float64) / temperature
+    scaled -= scaled.max(axis=0)
+    weights = np.exp(scaled)
+    total = weights.sum(axis=0)
+    entropy = np.log(total) - (weights * scaled).sum(axis=0) / total
+    return float(np.clip(entropy.mean() / np.log(len(logits)), 0.0, 1.0))

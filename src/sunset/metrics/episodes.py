@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.metrics.adaptations import ExecutedAdaptation, affects
-from sunset.metrics.downtime import TOLERANCE_S
-from sunset.metrics.timeline import Injection, Samples, Timeline
+from sunset.metrics.timeline import TOLERANCE_S, Injection, Samples, Timeline
 from sunset.system import (
     SILENCE_S,
     WINDOW,
@@ -47,7 +46,7 @@ class Episode:
     """An occurrence of a failure.
 
     Attributes:
-        failure: its name, such as `F1`.
+        failure: such as `F1`.
         began: when the failure began [s].
         holds: when its symptom began to hold [s].
         ended: when its symptom stopped [s]; None if it held to the end.
@@ -146,9 +145,7 @@ def excesses(samples: Samples, signal: Signal, threshold: float, *, duration_s: 
         elif holding is not None and not beyond:
             spells.append(Spell(*holding, time, turned))
             holding = None
-    if holding is not None:
-        spells.append(Spell(*holding, None))
-    return _within(spells)
+    return _within([*spells, Spell(*holding, None)] if holding else spells)
 
 
 def _within(spells: Sequence[Spell]) -> list[Spell]:
@@ -168,12 +165,12 @@ def failure_episodes(timeline: Timeline, adaptations: Sequence[ExecutedAdaptatio
     episodes = [
         episode
         for failure in current_system().failures.values()
-        for episode in _episodes(failure, _spells(failure, timeline), timeline, adaptations)
+        for episode in _episodes(failure, spells_of(failure, timeline), timeline, adaptations)
     ]
     return tuple(sorted(episodes, key=lambda episode: (episode.holds, episode.failure)))
 
 
-def _spells(failure: Failure, timeline: Timeline) -> list[Spell]:
+def spells_of(failure: Failure, timeline: Timeline) -> list[Spell]:
     """Return the spells in which a failure's symptom held."""
     duration = timeline.duration_s
     if failure.topic:
@@ -194,9 +191,8 @@ def _episodes(
     begun: list[Injection] = []  # faults that have begun an episode, or came during an episode
     explaining: list[Injection] = []  # faults that explain a resolved episode
     for spell in spells:
-        present = {
-            fault.fault for fault in begun if fault.ended is None
-        }  # injected again, it is the same fault
+        # injected again, a present fault is the same fault
+        present = {fault.fault for fault in begun if fault.ended is None}
         due = [
             fault
             for fault in faults
@@ -222,16 +218,14 @@ def _episodes(
 
 def _is_past(fault: Injection, spell: Spell, adaptations: Sequence[ExecutedAdaptation]) -> bool:
     """Return whether a fault was gone before the spell's evidence: it had ended, or its process had."""
-    if fault.failure in current_system().outages and spell.origin > fault.time + SILENCE_S:
-        return True
-    if _ended_before(fault, spell):
-        return True
-    return fault.internal and any(
-        adaptation.kind == "redeploy"
-        and adaptation.node == short_name(fault.node)
-        and fault.time <= adaptation.time < spell.origin
+    is_old_outage = fault.failure in current_system().outages and spell.origin > fault.time + SILENCE_S
+    redeploys = (
+        adaptation.time
         for adaptation in adaptations
+        if adaptation.kind == "redeploy" and adaptation.node == short_name(fault.node)
     )
+    is_redeployed = fault.internal and any(fault.time <= time < spell.origin for time in redeploys)
+    return is_old_outage or is_redeployed or _ended_before(fault, spell)
 
 
 def _ended_before(fault: Injection, spell: Spell) -> bool:
@@ -283,9 +277,5 @@ def _resolving(
     failure: str, began: float, ended: float | None, adaptations: Sequence[ExecutedAdaptation]
 ) -> ExecutedAdaptation | None:
     """Return the last adaptation that can have ended an episode."""
-    able = (
-        adaptation
-        for adaptation in reversed(adaptations)
-        if ended is not None and began <= adaptation.time <= ended and affects(adaptation.node, failure)
-    )
-    return next(able, None)
+    moments = [each for each in adaptations if ended is not None and began <= each.time <= ended]
+    return next((each for each in reversed(moments) if affects(each.node, failure)), None)

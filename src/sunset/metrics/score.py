@@ -1,54 +1,35 @@
 """The figures of a run (paper, section 4; `docs/metrics.md`)."""
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
-from typing import Annotated, Any
+import itertools
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, Final
 
 import numpy as np
+import numpy.typing as npt
 from msgspec import Meta
 
 from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
 from sunset.metrics.confusion import accumulated_iou
-from sunset.metrics.diagnoses import DiagnosisFigures, diagnosis_figures, mean
-from sunset.metrics.downtime import TOLERANCE_S, downtime
 from sunset.metrics.episodes import Episode, failure_episodes
-from sunset.metrics.limits import MOST, Amount, Count, Share
-from sunset.metrics.timeline import Injection, Timeline
-from sunset.metrics.treatments import FaultOutcome, fault_outcomes, faults_of, needless_adaptations
+from sunset.metrics.timeline import MOST, TOLERANCE_S, Amount, Count, Injection, Share, Timeline
+from sunset.metrics.treatments import FaultOutcome, fault_outcomes, faults_of, treats
 from sunset.system import RESULT_TOPIC, current_system
+from sunset.texts.names import base_name
+
+_SURE: Final = 0.5  # a diagnosis reports faults if the probability of at least one of them is at least this
+_WINDOW_S: Final = 8.0  # a fault counts as diagnosed only within this time from its onset [s]
+_LEVELS: Final = ("detected", "located", "identified", "top1")
+_GAP_PERIODS: Final = 2  # a gap up to this many periods is the expected rate, with jitter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunMetrics(DiagnosisFigures):
-    """The figures of a run, as `docs/metrics.md` defines them; None where a figure is not applicable.
+class RunMetrics:
+    """The figures of a run; None where a figure is not applicable. `docs/metrics.md` defines each by its name.
 
     Attributes:
-        f_resolved_per_adaptation: resolved episodes over executed adaptations.
-        t_react_s: mean over resolved episodes, from when the failure began to the command [s].
-        t_detect_s: likewise, from when it began to when its symptom held.
-        t_decide_s: likewise, from when its symptom held to the command.
-        t_repair_s: likewise, from the command to when the symptom was gone.
-        redeploys_unnecessary: redeploys of a node without a fault that only a redeploy cures.
-        t_down_s: time without segmentation at the expected rate [s].
-        availability: the share of the experiment that is not `t_down_s`, in [0, 1].
-        iou: mean IoU of the evaluated frames.
-        iou_all: mean IoU of all frames that have a truth, in which lost frames count 0.
-        miou: mIoU from the summed counts of all evaluated frames.
-        episodes: episodes of failures.
-        episodes_resolved: episodes that an adaptation ended.
-        episodes_unresolved: all other episodes.
-        episodes_subsided: unresolved episodes that ended.
-        adaptations: executed adaptations.
-        faults_injected: faults that came.
-        faults_cured: faults that were cured.
-        faults_masked: faults that were masked for some time.
-        masked_s: time in which any fault was masked [s].
-        uncured_s: mean over faults of the time without a cure in place [s].
-        needless: adaptations that are not a step of a cure of a present fault.
-        cost_frames: the prices of all adaptations, in frames.
-        iou_healthy: mean IoU of the frames before the first fault.
-        utility: `iou_all` less `cost_frames` as a share of all frames, times `iou_healthy`.
-        frames_without_truth: frames without a pixel of a known class, which count for no figure of quality.
         failures: the episodes, in order of time.
         executed: the adaptations, in order of time.
         outcomes: the outcome of each fault, in order of time.
@@ -81,6 +62,17 @@ class RunMetrics(DiagnosisFigures):
     iou_healthy: Share | None
     utility: Annotated[float, Meta(ge=-MOST, le=1)] | None
     frames_without_truth: Count
+    diagnoses: Count
+    faults_detected: Count
+    faults_located: Count
+    faults_identified: Count
+    faults_top1: Count
+    t_detected_s: Amount | None
+    t_located_s: Amount | None
+    t_identified_s: Amount | None
+    false_alarms: Count
+    faultless_s: Amount
+    brier: Share
     failures: tuple[Episode, ...] = ()
     executed: tuple[ExecutedAdaptation, ...] = ()
     outcomes: tuple[FaultOutcome, ...] = ()
@@ -89,9 +81,7 @@ class RunMetrics(DiagnosisFigures):
     @classmethod
     def names(cls) -> tuple[str, ...]:
         """Return the names of the figures: all fields but the lists."""
-        figures = [field.name for field in fields(cls) if field.default != ()]
-        others = len(fields(DiagnosisFigures))
-        return (*figures[others:], *figures[:others])
+        return tuple(field.name for field in fields(cls) if field.default != ())
 
     def to_json(self) -> dict[str, float | None]:
         """Return the figures by name."""
@@ -113,29 +103,27 @@ def score(timeline: Timeline) -> RunMetrics:
     parts = [part for call in executed for part in call.parts]
     failures = failure_episodes(timeline, executed)
     faults = faults_of(timeline)
-    quality = _quality_figures(timeline)
-    healthy = _healthy_iou(timeline, faults)
-    cost = sum(current_system().price(part.kind) for part in parts)
     sent = timeline.message_times.get(RESULT_TOPIC, np.empty(0))
     down_s = downtime(sent, period_s=timeline.period_s, duration_s=timeline.duration_s)
-    outcomes, masked_s = fault_outcomes(timeline, faults, failures, parts, healthy)
-    needless = needless_adaptations(parts, faults)
-    whole = quality["iou_all"]
+    cost = sum(current_system().price(part.kind) for part in parts)
+    quality = _quality_figures(timeline, faults, cost)
+    outcomes, masked_s = fault_outcomes(timeline, faults, failures, parts, quality["iou_healthy"])
+    needless = tuple(part for part in parts if not any(treats(part, fault) for fault in faults))
     return RunMetrics(
         **quality,
-        iou_healthy=healthy,
         cost_frames=cost,
-        utility=None
-        if whole is None or healthy is None
-        else utility_of(whole, cost, healthy, timeline.expected_frames),
         t_down_s=down_s,
         availability=1.0 - down_s / timeline.duration_s,
-        **_fault_figures(outcomes, masked_s),
+        faults_injected=len(outcomes),
+        faults_cured=sum(outcome.cured is not None for outcome in outcomes) if outcomes else None,
+        faults_masked=None if masked_s is None else sum(bool(outcome.masked_s) for outcome in outcomes),
+        masked_s=masked_s,
+        uncured_s=_mean(outcome.uncured_s for outcome in outcomes),
         needless=len(needless),
         **_episode_figures(failures, executed),
         redeploys_unnecessary=len(unnecessary_redeploys(executed, timeline.injections)),
         adaptations=len(executed),
-        **asdict(diagnosis_figures(timeline, faults)),
+        **_diagnosis_figures(timeline, faults),
         failures=failures,
         executed=executed,
         outcomes=outcomes,
@@ -143,8 +131,33 @@ def score(timeline: Timeline) -> RunMetrics:
     )
 
 
-def _quality_figures(timeline: Timeline) -> dict[str, Any]:
-    """Return the figures of the frames taken in [0, duration)."""
+def downtime(times: npt.NDArray[np.float64], *, period_s: float, duration_s: float) -> float:
+    """Return the total time in [0, `duration_s`] without messages at the expected rate.
+
+    Every gap of more than two periods counts whole, as far as it lies in the experiment, also before the first message
+    and after the last. The last message before 0 begins the first gap, which begins at 0 without such a message.
+
+    Args:
+        times: (N,) ascending, when messages left [s].
+        period_s: the expected time between two messages.
+        duration_s: the end of the experiment.
+
+    Source: the paper, section 4, on the system's downtime.
+
+    >>> downtime(np.array([0.0, 0.1, 0.2, 0.7, 0.8]), period_s=0.1, duration_s=2.0)
+    1.7
+    """
+    before = times[times < 0]
+    within = times[(times >= 0) & (times <= duration_s)]
+    start = before[-1] if before.size else 0.0
+    moments = np.concatenate([[start], within, [duration_s]])
+    gaps = np.diff(moments)
+    inside = np.diff(np.maximum(moments, 0.0))
+    return round(float(inside[gaps > _GAP_PERIODS * period_s + TOLERANCE_S].sum()), 9)
+
+
+def _quality_figures(timeline: Timeline, faults: Sequence[Injection], cost: float) -> dict[str, Any]:
+    """Return the figures of the frames taken in [0, duration), and the healthy IoU."""
     frames = timeline.frames
     taken, unknown = (
         (times >= -TOLERANCE_S) & (times < timeline.duration_s - TOLERANCE_S)
@@ -154,29 +167,19 @@ def _quality_figures(timeline: Timeline) -> dict[str, Any]:
     # live, a frame's truth may be lost
     expected = max(timeline.expected_frames - without_truth, count) if timeline.has_truth else 0
     total = float(frames.iou[taken].sum())
+    whole = total / expected if expected else None
+    before = frames.iou[frames.times < faults[0].time] if faults else frames.iou
+    before = before if len(before) else frames.iou
+    healthy = float(before.mean()) if len(before) else None
     return {
         "iou": total / count if count else None,
-        "iou_all": total / expected if expected else None,
+        "iou_all": whole,
         "miou": accumulated_iou(frames.intersection[taken], frames.predicted[taken], frames.truth[taken]),
         "frames_without_truth": without_truth,
-    }
-
-
-def _healthy_iou(timeline: Timeline, faults: Sequence[Injection]) -> float | None:
-    """Return the mean IoU of the frames before the first fault, the warm-up's included; without such, of all frames."""
-    frames = timeline.frames
-    before = frames.iou[frames.times < faults[0].time] if faults else frames.iou
-    healthy = before if len(before) else frames.iou
-    return float(healthy.mean()) if len(healthy) else None
-
-
-def _fault_figures(outcomes: Sequence[FaultOutcome], masked_s: float | None) -> dict[str, Any]:
-    return {
-        "faults_injected": len(outcomes),
-        "faults_cured": sum(outcome.cured is not None for outcome in outcomes) if outcomes else None,
-        "faults_masked": None if masked_s is None else sum(bool(outcome.masked_s) for outcome in outcomes),
-        "masked_s": masked_s,
-        "uncured_s": mean(outcome.uncured_s for outcome in outcomes),
+        "iou_healthy": healthy,
+        "utility": None
+        if whole is None or healthy is None
+        else utility_of(whole, cost, healthy, timeline.expected_frames),
     }
 
 
@@ -184,12 +187,93 @@ def _episode_figures(failures: Sequence[Episode], executed: Sequence[ExecutedAda
     resolved = [episode for episode in failures if episode.resolved]
     return {
         "f_resolved_per_adaptation": len(resolved) / len(executed) if executed else None,
-        "t_react_s": mean(episode.t_react for episode in resolved),
-        "t_detect_s": mean(episode.t_detect for episode in resolved),
-        "t_decide_s": mean(episode.t_decide for episode in resolved),
-        "t_repair_s": mean(episode.t_repair for episode in resolved),
+        "t_react_s": _mean(episode.t_react for episode in resolved),
+        "t_detect_s": _mean(episode.t_detect for episode in resolved),
+        "t_decide_s": _mean(episode.t_decide for episode in resolved),
+        "t_repair_s": _mean(episode.t_repair for episode in resolved),
         "episodes": len(failures),
         "episodes_resolved": len(resolved),
         "episodes_unresolved": len(failures) - len(resolved),
         "episodes_subsided": sum(episode.subsided for episode in failures),
     }
+
+
+def _diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> dict[str, Any]:
+    """Return the figures of a run's diagnoses.
+
+    A diagnosis holds until the next diagnosis; before the first, all probabilities are 0. `faults` has each fault, each
+    time that it came.
+    """
+    catalogue = current_system().faults
+    delays: list[dict[str, float]] = [{} for _ in faults]  # level that a fault reached → time since its onset
+    alarms, faultless_s, squares, is_alarmed = 0, 0.0, 0.0, False
+    for start, stop, named in _stretches(timeline, faults):
+        present = [
+            (fault, delay) for fault, delay in zip(faults, delays, strict=True) if fault.is_there(start)
+        ]
+        names = {fault.fault for fault, _ in present}
+        squares += (stop - start) * sum((named.get(name, 0.0) - (name in names)) ** 2 for name in catalogue)
+        was_alarmed, is_alarmed = is_alarmed, _reports(named.values())
+        if not present:
+            faultless_s += stop - start
+            alarms += is_alarmed and not was_alarmed
+        for fault, delay in present:
+            if start < fault.time + _WINDOW_S:
+                reached = dict.fromkeys(_levels(fault, named, len(names)), start - fault.time)
+                known = {level: after for level, after in delay.items() if level in reached}
+                delay.clear()  # a level counts if it is kept to the end of the window
+                delay.update(reached | known)
+    times = {level: [delay[level] for delay in delays if level in delay] for level in _LEVELS}
+    return {
+        "diagnoses": sum(diagnosis.time < timeline.duration_s for diagnosis in timeline.diagnoses),
+        **{f"faults_{level}": len(reached) for level, reached in times.items()},
+        **{f"t_{level}_s": _mean(times[level]) for level in _LEVELS[:-1]},
+        "false_alarms": alarms,
+        "faultless_s": round(faultless_s, 9),
+        "brier": min(1.0, squares / timeline.duration_s / len(catalogue)),
+    }
+
+
+def _levels(fault: Injection, named: Mapping[str, float], number: int) -> Iterator[str]:
+    """Return the levels that a diagnosis reaches for one of a number of present faults."""
+    catalogue, node = current_system().faults, base_name(fault.node)
+    probability = named.get(fault.fault, 0.0)
+    reached = (
+        _reports(named.values()),
+        _reports(sure for name, sure in named.items() if catalogue[name].node == node),
+        _reports([probability]),
+        probability > 0 and sum(other >= probability for other in named.values()) <= number,
+    )
+    return itertools.compress(_LEVELS, reached)
+
+
+def _stretches(
+    timeline: Timeline, faults: Sequence[Injection]
+) -> Iterator[tuple[float, float, Mapping[str, float]]]:
+    """Yield the stretches of time in which nothing changes, with their probabilities."""
+    catalogue, end = current_system().faults, timeline.duration_s
+    times = [diagnosis.time for diagnosis in timeline.diagnoses]
+    moments = {0.0, end, *times}
+    for fault in faults:
+        moments |= {fault.time, fault.time + _WINDOW_S, end if fault.ended is None else fault.ended}
+    for start, stop in itertools.pairwise(sorted(moment for moment in moments if 0 <= moment <= end)):
+        place = bisect_right(times, start)
+        published = timeline.diagnoses[place - 1].probabilities if place else {}
+        # other publishers may send unknown names and numbers that are not probabilities
+        named = {name: sure for name, sure in published.items() if name in catalogue and 0 <= sure <= 1}
+        yield start, stop, named
+
+
+def _reports(probabilities: Iterable[float]) -> bool:
+    """Return whether a diagnosis reports a set of faults with these probabilities, as if they were independent.
+
+    >>> _reports([0.3, 0.3]), _reports([0.3, 0.2]), _reports([])
+    (True, False, False)
+    """
+    return 1 - math.prod(1 - probability for probability in probabilities) >= _SURE
+
+
+def _mean(values: Iterable[float | None]) -> float | None:
+    """Return the mean of the known values, rounded to nanoseconds; None without a value."""
+    known = [value for value in values if value is not None]
+    return round(sum(known) / len(known), 9) if known else None

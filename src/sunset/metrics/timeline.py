@@ -3,13 +3,13 @@
 Times are in seconds. The measured time is from 0 to `duration_s`, after the warm-up. Arrays of times ascend.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final, Literal, TypeAlias
+from typing import Annotated, Final, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from msgspec import Meta
 
 from sunset.classes import CLASSES
 from sunset.errors import RecordError
@@ -18,28 +18,35 @@ from sunset.system import DURATION_S, PERIOD_S, current_system
 NUMBER_OF_CLASSES: Final = len(CLASSES)
 """28."""
 
+TOLERANCE_S: Final = 1e-6
+"""Times that differ by less are equal: the error of arithmetic in seconds."""
+
+MOST: Final = 10**6
+"""The largest number of a run; twelve days for times."""
+
+Share: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
+Amount: TypeAlias = Annotated[float, Meta(ge=0, le=MOST)]
+Positive: TypeAlias = Annotated[float, Meta(gt=0, le=MOST)]
+Count: TypeAlias = Annotated[int, Meta(ge=0, le=MOST)]
+"""The limits by which stored numbers are checked."""
+
 Evidence: TypeAlias = Literal["symptoms", "images"]
 """What a managing system used: the blackboard, diagnostics and states only, or images too."""
 
 Times = npt.NDArray[np.float64]
-Values = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """A measured value over time.
-
-    Attributes:
-        times: (N,) when each sample was reported [s].
-        values: (N,) the samples.
+    """A measured value over time: (N,) values, and when each was reported [s].
 
     Raises:
         RecordError: a value is not finite.
     """
 
     times: Times = field(default_factory=lambda: np.empty(0))
-    values: Values = field(default_factory=lambda: np.empty(0))
+    values: Times = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -49,13 +56,11 @@ class Samples:
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """A fault that was injected, and confirmed by its node.
+    """A fault of the catalogue that was injected at a time [s], and confirmed by its node.
 
     Attributes:
-        time: when [s].
-        fault: its name in the catalogue.
         failure: the failure that it shows as, such as `F1`.
-        node: its node, with or without the managed system's namespace.
+        node: with or without the managed system's namespace.
         internal: whether it ends with the node's process.
         redeploy_only: whether only a redeploy of the node cures it.
         ended: when it ended [s]; None if it did not, or the record does not say so.
@@ -97,8 +102,7 @@ class Command:
         client: the full name of the node that sent it.
         node: the node to be changed, with or without the managed system's namespace.
         kind: `set_parameters`, `activate`, `deactivate`, `configure`, `cleanup`, `shutdown` or `redeploy`.
-        parameters: the names of the parameters that it sets.
-        values: their values as text.
+        values: of the parameters that it sets, as text.
         successful: whether the answer is positive.
     """
 
@@ -132,12 +136,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """A diagnosis of the managing system.
-
-    Attributes:
-        time: when it was published [s].
-        probabilities: fault → its probability.
-    """
+    """A diagnosis that the managing system published at a time [s]: fault → its probability."""
 
     time: float
     probabilities: Mapping[str, float]
@@ -157,35 +156,13 @@ class Frames:
         intersection: (N, 28) correct pixels of each class.
         predicted: (N, 28) pixels of each class in the prediction, where the truth is not ignored.
         truth: (N, 28) pixels of each class in the truth.
-
-    Raises:
-        RecordError: an IoU is not in [0, 1].
     """
 
     times: Times = field(default_factory=lambda: np.empty(0))
-    iou: Values = field(default_factory=lambda: np.empty(0))
+    iou: Times = field(default_factory=lambda: np.empty(0))
     intersection: Counts = field(default_factory=_no_counts)
     predicted: Counts = field(default_factory=_no_counts)
     truth: Counts = field(default_factory=_no_counts)
-
-    def __post_init__(self) -> None:
-        """Check the IoU."""
-        if not ((self.iou >= 0) & (self.iou <= 1)).all():  # also refuses NaN
-            raise RecordError("The IoU of a frame must be from 0 to 1.")
-
-
-def _complete(thresholds: Mapping[str, float]) -> Mapping[str, float]:
-    """Return the thresholds of all signals, with the system description's for thresholds that are not given."""
-    complete = {}
-    for signal in current_system().signals.values():
-        if signal.has_threshold:
-            threshold = thresholds.get(signal.threshold_name, signal.threshold)
-            if threshold is None or not math.isfinite(threshold):
-                raise RecordError(
-                    f"The {signal.threshold_name} of a timeline must be finite, got {threshold}."
-                )
-            complete[signal.threshold_name] = threshold
-    return complete
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -193,21 +170,15 @@ class Timeline:
     """The input of the metrics of a run. Sequences are in order of time, and include the warm-up.
 
     Attributes:
-        duration_s: the measured time [s].
         period_s: the expected time between two messages of a topic [s].
         message_times: full topic name → (N,) times [s] at which its messages left; without silent topics.
         samples: name of a signal → its samples; without silent signals.
         thresholds: name of a signal's threshold → the threshold; missing thresholds are the system description's.
-        injections: the faults.
         commands: of all clients.
         settings: of the bring-up, too.
-        diagnoses: of the managing system.
         frames: the evaluated frames that have a truth.
         without_truth: (N,) when frames without a pixel of a known class were published [s].
         expected_frames: the number of frames of the measured time, with lost frames.
-
-    Raises:
-        RecordError: a threshold is missing, or not finite.
     """
 
     duration_s: float = DURATION_S
@@ -225,7 +196,9 @@ class Timeline:
 
     def __post_init__(self) -> None:
         """Complete the thresholds."""
-        object.__setattr__(self, "thresholds", _complete(self.thresholds))
+        signals = [signal for signal in current_system().signals.values() if signal.has_threshold]
+        known = {signal.threshold_name: signal.threshold for signal in signals}
+        object.__setattr__(self, "thresholds", known | dict(self.thresholds))
 
     @property
     def has_truth(self) -> bool:

@@ -1,7 +1,12 @@
 """The outcome of each fault, and needless adaptations, as `docs/metrics.md` defines them."""
 
+import itertools
+from bisect import bisect_right
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from operator import itemgetter
 from typing import Final
 
 import numpy as np
@@ -9,10 +14,22 @@ import numpy.typing as npt
 
 from sunset.metrics.adaptations import ExecutedAdaptation
 from sunset.metrics.episodes import Episode
-from sunset.metrics.limits import Amount
-from sunset.metrics.settings import Settings, Stretch, settings_of
-from sunset.metrics.timeline import Injection, Timeline
-from sunset.system import SILENCE_S, Adaptation, AdaptationKind, Fault, find_fault, goal_of
+from sunset.metrics.timeline import Amount, Injection, Setting, Timeline
+from sunset.system import (
+    SILENCE_S,
+    STATE,
+    Adaptation,
+    AdaptationKind,
+    Fault,
+    FaultKind,
+    Key,
+    comparable_text,
+    current_system,
+    find_fault,
+    goal_of,
+    is_in_place,
+    short_name,
+)
 
 FATES: Final = ("cured", "masked", "missed")
 """The fates of a fault."""
@@ -22,13 +39,54 @@ MASKING_SHARE: Final = 0.85
 
 _PARTS_OF_RESTART: Final = frozenset({"restart", "deactivate", "cleanup", "configure", "activate"})
 
+Stretch = tuple[float, float]
+"""From when to when [s], the end not included."""
+
+
+class Settings:
+    """Every parameter and lifecycle state over time, from settings in order of time."""
+
+    def __init__(self, settings: Sequence[Setting]) -> None:
+        self._changes: defaultdict[Key, list[tuple[float, str]]] = defaultdict(list)
+        self._first: dict[Key, str] = {
+            (node, STATE): state for node, state in current_system().initial_states.items()
+        }
+        for setting in settings:
+            key = short_name(setting.node), setting.name
+            value = comparable_text(key, setting.value)
+            if setting.declared:
+                self._first.setdefault(key, value)
+            self._changes[key].append((setting.time, value))
+
+    def at(self, key: Key, time: float) -> str | None:
+        """Return the value at a time; None if it is unknown."""
+        changes = self._changes.get(key, [])
+        place = bisect_right(changes, time, key=itemgetter(0))
+        return changes[place - 1][1] if place else self._first.get(key)
+
+    def in_place(self, name: str, start: float, end: float) -> list[Stretch]:
+        """Return when a cure of an external fault was in place within `[start, end)`; empty for any other fault."""
+        fault = find_fault(name)  # a record may be of another version
+        if fault is None or fault.kind is not FaultKind.EXTERNAL:
+            return []
+        steps = [step for cure in fault.cures for step in cure]
+        goals = [goal[0] for step in steps if (goal := goal_of(step))]
+        keys = [(fault.node, fault.parameter), *((step.node, fault.parameter) for step in steps), *goals]
+        moments = {time for key in keys for time, _ in self._changes.get(key, []) if start < time < end}
+        stretches: list[Stretch] = []
+        for begin, following in itertools.pairwise([start, *sorted(moments), end]):
+            setting = partial(self.at, time=begin)
+            if begin < following and any(is_in_place(fault, cure, setting) for cure in fault.cures):
+                since = stretches.pop()[0] if stretches and stretches[-1][1] == begin else begin
+                stretches.append((since, following))
+        return stretches
+
 
 @dataclass(frozen=True, slots=True)
 class FaultOutcome:
     """The outcome of a fault.
 
     Attributes:
-        fault: its name.
         failure: the failure that it shows as.
         began: its onset [s].
         until: when it healed, an adaptation ended it, or the experiment ended [s].
@@ -72,14 +130,9 @@ def fault_outcomes(
 ) -> tuple[tuple[FaultOutcome, ...], float | None]:
     """Return the outcome of each fault, and for how long any of them was masked [s].
 
-    The time is None without a fault, or where no frame has a truth.
-
-    Args:
-        timeline: of the run.
-        faults: its faults.
-        episodes: of all failures, which say when symptoms held.
-        parts: its adaptations, in order of time, separately for each parameter of a call.
-        healthy: the mean IoU of healthy frames; None without such frames.
+    The time is None without a fault, or where no frame has a truth. Episodes say when symptoms held, `parts` are the
+    adaptations, in order of time, separately for each parameter of a call, and `healthy` is the mean IoU of healthy
+    frames, if there are any.
     """
     settings = Settings(timeline.settings)
     is_bad = timeline.frames.iou < MASKING_SHARE * (healthy or 0.0)
@@ -112,27 +165,16 @@ def _cured(
     moments = [start for start, stop in in_place if stop - start >= SILENCE_S]
     ended = fault.ended if fault.cause else fault.cured_away
     # a process may also end without an adaptation
-    if ended is not None and ended <= duration_s and any(_treats(part, fault) for part in parts):
+    if ended is not None and ended <= duration_s and any(treats(part, fault) for part in parts):
         moments.append(ended)
     return min(moments, default=None)
 
 
-def needless_adaptations(
-    parts: Sequence[ExecutedAdaptation], faults: Sequence[Injection]
-) -> tuple[ExecutedAdaptation, ...]:
-    """Return the adaptations that are not a step of a cure of a fault present at the time.
+def treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
+    """Return whether an adaptation of one parameter performs a step, or a part of it, of a cure of a present fault.
 
     A fault that comes and goes is present until an adaptation has cured it while it was away.
-
-    Args:
-        parts: the adaptations, separately for each parameter of a call.
-        faults: of the run.
     """
-    return tuple(part for part in parts if not any(_treats(part, fault) for fault in faults))
-
-
-def _treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
-    """Return whether an adaptation performs a step, or a part of a step, of a cure of a present fault."""
     described = find_fault(fault.fault)  # a record may be of another version
     if described is None:
         return False
@@ -144,9 +186,17 @@ def _treats(adaptation: ExecutedAdaptation, fault: Injection) -> bool:
     )
 
 
+def _settings_of(adaptation: ExecutedAdaptation) -> list[tuple[Key, str]]:
+    """Return the parameters or the state that an adaptation sets, with their values."""
+    node, pairs = adaptation.node, zip(adaptation.parameters, adaptation.values, strict=True)
+    texts = [((node, name), comparable_text((node, name), value)) for name, value in pairs]
+    states = (kind.goal_state for kind in AdaptationKind if kind == adaptation.kind)
+    return texts + [((node, STATE), state) for state in states if state is not None]
+
+
 def _performs(adaptation: ExecutedAdaptation, step: Adaptation, fault: Fault) -> bool:
     goal = goal_of(step)
-    if goal is not None and goal in settings_of(adaptation):
+    if goal is not None and goal in _settings_of(adaptation):
         return True
     if adaptation.node != step.node:
         return False

@@ -16,7 +16,7 @@ from msgspec import UNSET, Meta, UnsetType
 from sunset.errors import RecordError
 from sunset.files.schemas import convert, fields_of, read_json
 from sunset.metrics import Evidence, FaultOutcome, RunMetrics
-from sunset.metrics.limits import MOST, Amount, Count, Positive, Share
+from sunset.metrics.timeline import MOST, Amount, Count, Positive, Share
 from sunset.system import REPAIR, TASKS
 from sunset.texts.names import PLAN_FILE, RUN_FILE
 

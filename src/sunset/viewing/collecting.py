@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.metrics import Samples, Settings
-from sunset.metrics.downtime import TOLERANCE_S
+from sunset.metrics.timeline import TOLERANCE_S
 from sunset.recording import RecordedMessage, StoredRun
 from sunset.recording.story import Event, cause_of, figures_of, remarks_of
 from sunset.recording.timelines import start_of

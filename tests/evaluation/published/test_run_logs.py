@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sunset.evaluation.published.run_logs import rule_rows
-from sunset.evaluation.published.script import ANALYZER, EXECUTED, SUCCEEDED
+from sunset.evaluation.published import ANALYZER, EXECUTED, SUCCEEDED, rule_rows
 from sunset.metrics import Command, Samples, Timeline
 
 START_NS = 5 * 10**9

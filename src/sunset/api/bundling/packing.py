@@ -11,7 +11,8 @@ from sunset.api.bundling.crate import describing_files
 from sunset.api.bundling.layout import CAMPAIGN, CARD_FILE, MANIFEST_FILE, REPORT_FILE, SCENARIOS, Manifest
 from sunset.api.bundling.sources import Files, find_extension_sources, find_manager_sources
 from sunset.errors import OutputError, RecordError
-from sunset.evaluation import render_report
+from sunset.evaluation.report import format_runs
+from sunset.evaluation.results import load_results
 from sunset.experiments import count_runs, scenario_of
 from sunset.files.outputs import folder_name
 from sunset.files.schemas import document_text
@@ -132,7 +133,7 @@ def _files(folder: Path, plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> 
     files |= manager_files | extension_files | _scenario_files(plan, runs)
     return files | {
         CARD_FILE: document_text(load_model(plan.model).card.to_json()).encode(),
-        REPORT_FILE: render_report(folder).encode(),
+        REPORT_FILE: format_runs(load_results(folder)).encode(),
         MANIFEST_FILE: document_text(Manifest(managers=managers, extensions=extensions)).encode(),
     }, lacking
 

@@ -13,7 +13,8 @@ from sunset.api.bundling.layout import CAMPAIGN, CHECKSUMS_FILE, REPORT_FILE, Op
 from sunset.api.bundling.rerunning import Rerun, choose_runs, rerun_run
 from sunset.api.bundling.sources import differing_sources
 from sunset.errors import DataError, InvalidInputError, RecordError
-from sunset.evaluation import render_report
+from sunset.evaluation.report import format_runs
+from sunset.evaluation.results import load_results
 from sunset.files.inputs import file_digest, read_text
 from sunset.files.sources import package_version
 from sunset.perception import load_model
@@ -161,7 +162,7 @@ def _checked(opened: OpenedBundle, findings: Findings, rerun: Rerun, again: int)
 def _differing_table(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
     """Yield a sentence if the table in the bundle differs from the table of its runs."""
     try:
-        is_same = read_text(opened.root / REPORT_FILE) == render_report(opened.root / CAMPAIGN)
+        is_same = read_text(opened.root / REPORT_FILE) == format_runs(load_results(opened.root / CAMPAIGN))
     except (OSError, UnicodeDecodeError, RecordError) as error:
         yield f"{REPORT_FILE}: it could not be compared: {error}"
     else:

@@ -2,7 +2,7 @@
 
 Run it with `python benchmarks/cluster.py` (extra `cluster`). On this computer it starts a scheduler of dask and two
 workers, runs a campaign on them, kills a worker in the middle, then the scheduler, starts both again and continues. It
-prints how many runs each part did, and whether all files are byte for byte those of the same campaign with `--jobs 2`.
+prints how many runs each part did, and whether all files are byte for byte those of the same campaign with two jobs.
 """
 
 import argparse
@@ -13,29 +13,31 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
+
+from distributed import Client
 
 import sunset
 
 PATIENCE_S = 120
 
 
-def campaign(out: Path, scenarios: int, *options: str) -> list[str]:
-    """Return the command of a campaign of short runs: two managing systems and three repetitions of each scenario."""
-    names = ",".join(sunset.list_scenarios("paper")[:scenarios])
-    command = [sys.executable, "-m", "sunset", "bench", "--suite", "paper", "--scenarios", names]
-    command += [
-        "--managers",
-        "none,baseline",
-        "--repetitions",
-        "3",
-        "--duration",
-        "1",
-        "--no-references",
-        "--no-score",
-    ]
-    return [*command, *options, "--out", str(out)]
+def campaign(out: Path, scenarios: int, scheduler: str = "") -> None:
+    """Do a campaign of short runs: two managing systems and three repetitions of each scenario."""
+    with Client(scheduler, set_as_default=False) if scheduler else nullcontext() as client:
+        sunset.bench(
+            "paper",
+            ["none", "baseline"],
+            out=out,
+            scenarios=sunset.list_scenarios("paper")[:scenarios],
+            repetitions=3,
+            duration=1,
+            references=False,
+            score=False,
+            jobs=None if client else 2,
+            executor=client.get_executor(pure=False) if client else None,
+        )
 
 
 class Cluster:
@@ -147,16 +149,22 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--scenarios", type=int, default=34, help="of the suite paper; each is six runs")
-    scenarios = parser.parse_args().scenarios
+    parser.add_argument("--on", nargs=2, metavar=("ADDRESS", "DIR"), help="only the campaign, on a cluster")
+    arguments = parser.parse_args()
+    scenarios = arguments.scenarios
+    if arguments.on:
+        campaign(Path(arguments.on[1]), scenarios, arguments.on[0])
+        return
     runs = 6 * scenarios
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="sunset-")))
         undisturbed, disturbed = folder / "undisturbed", folder / "disturbed"
-        subprocess.run(campaign(undisturbed, scenarios, "--jobs", "2"), check=True, capture_output=True)  # noqa: S603  the command is ours
+        campaign(undisturbed, scenarios)
         cluster = Cluster(folder / "dask")
         stack.callback(cluster.close)
         cluster.start(workers=2)
-        command = campaign(disturbed, scenarios, "--scheduler", cluster.address)
+        command = [sys.executable, __file__, "--scenarios", str(scenarios)]
+        command += ["--on", cluster.address, str(disturbed)]
         run_disturbed(command, disturbed, cluster, runs)
         cluster.close()
         cluster.start(workers=2)
@@ -166,7 +174,7 @@ def main() -> None:
         differing = sorted(name for name in ours.keys() | theirs.keys() if ours.get(name) != theirs.get(name))
         if differing:
             sys.exit(f"{len(differing)} of {len(theirs)} files differ, {differing[0]} for one.")
-        print(f"all {len(theirs)} files are byte for byte those of the campaign with --jobs 2")
+        print(f"all {len(theirs)} files are byte for byte those of the campaign with two jobs")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from tests.experiments.campaigns import RUNS, bench_command, content_of
 from sunset.errors import InvalidInputError, OutputError
 from sunset.evaluation import FORMATS, render_report, render_runs
 from sunset.experiments import BenchSpec, Shard, count_runs, plan
-from sunset.experiments.shards import locked_campaign
+from sunset.experiments.bench import locked_campaign
 
 
 @pytest.mark.parametrize(

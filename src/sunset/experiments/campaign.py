@@ -63,7 +63,7 @@ class BenchSpec:
             )
         check_seed(self.seed + self.repetitions - 1)
         names = [label or manager for label, manager in map(split_label, self.managers)]
-        if not names or len(set(names)) < len(names):
+        if not names or len(set(map(str.casefold, names))) < len(names):
             named = ", ".join(names) or "none at all"
             raise InvalidInputError(f"Each managing system must be named once, got {named}.")
         parse_flights(self.flights)
@@ -110,16 +110,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         for scenarios, manager in groups
         for scenario in scenarios
     )
-    unique = {run_folder(Path(), run): run for run in runs}  # each is run once
-    alike: dict[str, Path] = {}
-    for folder in unique:
-        other = alike.setdefault(str(folder).casefold(), folder)
-        if other != folder:
-            raise InvalidInputError(
-                f"Two runs of the campaign must differ by more than case, in which file systems may see no difference, "
-                f"got {other} and {folder}: rename one."
-            )
-    return tuple(unique.values())
+    return tuple({run_folder(Path(), run): run for run in runs}.values())  # each is run once
 
 
 def in_turn(runs: Iterable[RunSpec]) -> list[RunSpec]:

@@ -1,62 +1,81 @@
-"""Campaigns on an executor, whose workers may be on other computers and share no files with this computer."""
+"""Campaigns on an executor, whose workers may be on other computers and share no files with this computer.
 
-import logging
+A worker may have many threads, and forking such a process may deadlock it. So each run is done by a *helper*: a fresh
+process that has loaded only the modules of runs, and does a single run at a time. Its record goes back as bytes.
+"""
+
+import os
 import pickle
-import re
+import shutil
+import signal
 import socket
+import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+import tempfile
+import traceback
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, Executor, Future, as_completed
-from contextlib import contextmanager
-from importlib.util import find_spec
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import cache
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from sunset.errors import InvalidInputError, MissingExtraError, SunsetError
+from sunset.errors import InvalidInputError, SunsetError
+from sunset.experiments.campaign import flight_key
+from sunset.experiments.manager import manager_checksum
+from sunset.experiments.resources import Resources, model_checksum, prepare
+from sunset.experiments.run import record_run, versions
+from sunset.experiments.settings import Settings
 from sunset.experiments.spec import RunSpec
-from sunset.experiments.worker import Order, check_same, do_run, labelled_versions, on_worker
+from sunset.processes.calls import UnexpectedError
 from sunset.recording import RecordWriter
-from sunset_ros.texts import shorten, shown
+from sunset.system import extended_system
+from sunset_ros.texts import shorten
 
-if TYPE_CHECKING:
-    from distributed import Client, Worker
-
-_ADDRESS: Final = re.compile(r"tcp://(?P<host>[^:/\[\]\s]+|\[[^\[\]\s]+\]):(?P<port>[0-9]{1,5})")
-_PATIENCE_S: Final = 10
-"""How long a scheduler may take to answer."""
-_GREETING: Final = b"pickle-protocol"
-"""Part of the first bytes that a scheduler sends."""
-_LONGEST_GREETING: Final = 1 << 16
 _LONGEST: Final = 300
 """Longest failure text of an executor, in characters."""
-_log: Final = logging.getLogger(__name__)
+_SHORT: Final = 16
+"""Length of a checksum in a message, in characters."""
 _KEPT: Final = "what was finished is kept: run the same command again"
 
 
-def check_executor(executor: object) -> None:
-    """Check that an object is an executor."""
-    if not isinstance(executor, Executor):
-        hint = ": it gives one by get_executor()" if hasattr(executor, "get_executor") else ""
-        raise InvalidInputError(
-            f"The executor must be a concurrent.futures.Executor, got {shown(executor)}{hint}."
-        )
+@dataclass(frozen=True)
+class Order:
+    """A run for a worker."""
+
+    spec: RunSpec
+    known: str | None
+    """The checksum of its managing system; None for a reference row."""
+    facts: Mapping[str, str]
+    """The expected `facts_of` its resources."""
+    folder: str
+    """The folder that relative paths refer to."""
+    search: tuple[str, ...]
+    """Where modules are searched for, after the worker's own places."""
 
 
 def run_on_workers(
-    executor: Executor, todo: Sequence[tuple[RunSpec, Path, str | None, Mapping[str, str]]]
+    executor: Executor,
+    todo: Sequence[tuple[RunSpec, Path, str | None]],
+    prepared: Iterable[tuple[RunSpec, Resources]],
 ) -> Iterator[int]:
     """Do runs on an executor's workers and write their records; yield how many are finished, after each.
 
     Args:
         executor: it may do them in any order, and repeat those that it has lost.
-        todo: each run, its folder, the checksum of its managing system, and the expected `facts_of` its resources.
+        todo: each run, its folder, and the checksum of its managing system.
+        prepared: a run on each flight, and its resources.
     """
+    facts = {flight_key(run): facts_of(resources) for run, resources in prepared}
     expected, here, search = labelled_versions(), str(Path.cwd()), tuple(filter(None, sys.path))
     folders: dict[Future[dict[str, bytes]], Path] = {}
     try:
         with _translated():
-            for spec, folder, known, facts in todo:
-                order = pickle.dumps(Order(spec, known, facts, here, search))
+            for spec, folder, known in todo:
+                order = pickle.dumps(Order(spec, known, facts[flight_key(spec)], here, search))
                 folders[executor.submit(do_run, expected, order)] = folder
         for count, future in enumerate(as_completed(folders), 1):
             with _translated():
@@ -79,80 +98,133 @@ def _translated() -> Iterator[None]:
     except CancelledError as error:
         raise SunsetError(f"The executor or its scheduler is gone; {_KEPT}.") from error
     except Exception as error:
-        raise SunsetError(f"The executor has failed, {_described(error)}; {_KEPT}.") from error
+        text = shorten(" ".join(f"{type(error).__name__}: {error}".split()), _LONGEST).rstrip(".")
+        raise SunsetError(f"The executor has failed, {text}; {_KEPT}.") from error
 
 
-def _described(error: Exception) -> str:
-    return shorten(" ".join(f"{type(error).__name__}: {error}".split()), _LONGEST).rstrip(".")
+def facts_of(resources: Resources) -> dict[str, str]:
+    """Return the facts of a run's resources that its record depends on, by name."""
+    return {
+        "model": model_checksum(resources.model.card),
+        "flight": resources.bag_checksum,
+        "device": resources.segmenter.device,
+    }
 
 
-@contextmanager
-def connected_scheduler(address: str) -> Iterator[Executor]:
-    """Give an executor on the workers of a dask scheduler, all of which have the same versions as this computer.
+def labelled_versions() -> dict[str, str]:
+    """Return the `versions` of this computer, each under a name for messages."""
+    return {f"version of {name}": version for name, version in versions().items()}
+
+
+def _check_same(theirs: Mapping[str, str], ours: Mapping[str, str]) -> None:
+    """Check that the worker and the computer that began the campaign have the same facts."""
+    for name, expected in ours.items():
+        if (actual := theirs.get(name, "")) != expected:
+            raise InvalidInputError(
+                f"its {name} is {actual[:_SHORT] or 'none'}, that of the computer which began the campaign is "
+                f"{expected[:_SHORT] or 'none'}; let both have the same."
+            )
+
+
+def do_run(expected: Mapping[str, str], order: bytes) -> dict[str, bytes]:
+    """Do a run, and return its record: file name → content.
 
     Args:
-        address: the scheduler's, such as `tcp://10.0.0.1:8786`.
+        expected: the versions that a worker must have, as of `labelled_versions`. They are compared before the order is
+            opened, which another version might misunderstand.
+        order: an `Order`, pickled.
     """
-    if find_spec("distributed") is None:
-        raise MissingExtraError(
-            "A scheduler needs dask.distributed, not installed: pip install 'sunset-exemplar[cluster]'."
-        )
-    with _client(address) as client:
-        try:
-            versions = client.run(labelled_versions)
-        except Exception as error:
-            raise SunsetError(
-                f"A worker of the scheduler {address} did not report its versions, {_described(error)}: install the "
-                "same SUNSET on all workers."
-            ) from error
-        for where, theirs in versions.items():
-            with on_worker(where):
-                check_same(theirs, labelled_versions())
-        for where, status in client.run(_status).items():
-            if status == "paused":
-                _log.warning(
-                    "The worker %s is paused, as dask does where memory is short: it begins no run.", where
-                )
-        if not versions:
-            _log.warning("The scheduler %s has no workers yet: the campaign waits for them.", address)
-        yield client.get_executor(pure=False)
-
-
-def _status(dask_worker: "Worker") -> str:
-    """Return `running` or `paused`; dask passes the worker."""
-    return str(dask_worker.status.name)
-
-
-def _await_greeting(host: str, port: int) -> None:
-    """Check that a scheduler, which speaks first, is there: dask's client would wait for it for ever."""
-    with socket.create_connection((host, port), _PATIENCE_S) as connection:
-        connection.settimeout(_PATIENCE_S)
-        greeting = b""
-        while _GREETING not in greeting:
-            part = connection.recv(_LONGEST_GREETING)
-            greeting += part
-            if not part or len(greeting) > _LONGEST_GREETING:
-                raise ConnectionError("it is not a scheduler")
-
-
-@contextmanager
-def _client(address: str) -> Iterator["Client"]:
-    match = _ADDRESS.fullmatch(address)
-    if match is None:
-        raise InvalidInputError(
-            f"The scheduler's address must be tcp://HOST:PORT, as 'dask scheduler' prints it, got {shown(address)}."
-        )
-    from distributed import Client  # noqa: PLC0415  an optional extra
-
-    for name in ("distributed", "distributed.client"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # an error is reported once
     try:
-        _await_greeting(match["host"].strip("[]"), int(match["port"]))
-        client = Client(address, timeout=_PATIENCE_S, set_as_default=False)
-    except (OSError, OverflowError, ValueError) as error:
-        raise InvalidInputError(
-            f"No scheduler answers at {address}: {error}; start one with 'dask scheduler', and workers with 'dask "
-            f"worker {address}'."
+        _check_same(labelled_versions(), expected)
+        answer = _ask_helper(order)
+        if isinstance(answer, Exception):
+            raise answer
+    except SunsetError as error:
+        raise type(error)(f"The worker at {socket.gethostname()} cannot do a run: {error}") from error
+    return answer
+
+
+_Helper = tuple[Connection, "subprocess.Popen[bytes]"]
+
+_idle: Final[list[_Helper]] = []
+"""The helpers of this process that do nothing now; they end with it."""
+
+
+def _new_helper() -> _Helper:
+    pipe, theirs = Pipe()
+    with theirs:
+        # -P: modules are not searched for in the worker's current folder
+        process = subprocess.Popen(  # noqa: S603  the command is ours
+            [sys.executable, "-P", "-c", f"import {__name__} as c; c.serve({theirs.fileno()})"],
+            stdin=subprocess.DEVNULL,
+            pass_fds=[theirs.fileno()],
+            start_new_session=True,
+        )
+    return pipe, process
+
+
+def _ask_helper(order: bytes) -> dict[str, bytes] | Exception:
+    try:
+        pipe, process = _idle.pop()
+    except IndexError:
+        pipe, process = _new_helper()
+    try:
+        pipe.send_bytes(order)
+        answer: dict[str, bytes] | Exception = pipe.recv()
+    except (EOFError, OSError) as error:
+        pipe.close()
+        process.kill()
+        process.wait()
+        raise SunsetError(
+            f"the process that did it was killed, for instance for want of memory; {_KEPT}, with fewer workers if "
+            "memory was short."
         ) from error
-    with client:
-        yield client
+    _idle.append((pipe, process))
+    return answer
+
+
+def serve(descriptor: int) -> None:
+    """Serve runs in a helper until its pipe closes."""
+    os.dup2(2, 1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with (
+        Connection(descriptor) as pipe,
+        tempfile.TemporaryDirectory(prefix="sunset-worker-") as folder,
+        suppress(EOFError, OSError),
+    ):
+        while True:
+            pipe.send(_answer(pipe.recv_bytes(), Path(folder, "record")))
+
+
+def _answer(order: bytes, folder: Path) -> dict[str, bytes] | Exception:
+    try:
+        return _do(pickle.loads(order), folder)  # noqa: S301  the sender may run anything here
+    except SunsetError as error:
+        return error
+    except Exception:  # noqa: BLE001  the sender raises it
+        return UnexpectedError(traceback.format_exc())
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _do(order: Order, folder: Path) -> dict[str, bytes]:
+    """Do a run, if model, flight and managing system are as expected; return the files of its record."""
+    spec = order.spec
+    if Path(order.folder).is_dir():
+        os.chdir(order.folder)
+    sys.path += [place for place in order.search if place not in sys.path]
+    with extended_system(()):
+        spec.load_extensions()
+        resources = prepare(spec)
+        _check_same(facts_of(resources), order.facts)
+        if order.known is not None:
+            _check_manager(spec.manager, spec.settings, order.known, order.folder)
+        record_run(spec, resources, folder, order.known)
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+@cache
+def _check_manager(manager: str, settings: Settings, known: str, _: str) -> None:
+    """Check, once per folder, that a managing system has not changed since the campaign was begun."""
+    name = f"managing system {manager}"
+    _check_same({name: manager_checksum(manager, settings)}, {name: known})

@@ -2,7 +2,6 @@
 
 import os
 import time
-from collections import Counter
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -14,12 +13,11 @@ from typing import Final, Self
 from msgspec import to_builtins
 
 from sunset.errors import InvalidInputError, ManagerError, MiddlewareError, SunsetError
-from sunset.experiments.parameters import Parameters, known_scenario, manager_parameters, node_parameters
+from sunset.experiments.manager import Parameters, manager_parameters, manager_spec_of, node_parameters
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.harness.deployment import deployed_scenario, deployment
 from sunset.harness.launcher import Launcher
-from sunset.harness.manager_process import ManagerSpec
 from sunset.harness.node_process import NodeSpec
 from sunset.harness.node_processes import NodeProcesses
 from sunset.managing import EXTERNAL
@@ -41,9 +39,6 @@ from sunset_ros.rmw.core.port import qualified_name
 
 _FIRST: Final = (BAG_PLAYER, SCENARIO_EXECUTOR)
 """Nodes that others wait for; they are started first, with the sensors, which take longest to be active."""
-_STATELESS: Final = ("monitor", "evaluator")
-"""Nodes that only watch: a lasting system starts them again when they have ended."""
-_MOST_REVIVALS: Final = 10
 _TURN_S: Final = 0.2
 """Longest wait for one process before the next is started: all at once would take the processor from others."""
 _DISCOVERY_S: Final = 0.5
@@ -74,8 +69,8 @@ class LiveSystem:
         network: whether to be heard beyond this computer.
         distro: the ROS 2 distribution of other nodes; None to find out.
         clock: the time of `/clock`; None for the time since now.
-        loop: whether the system lasts: the flight repeats from the bag's first frame to its last, errors in callbacks
-            of this process are logged and do not end it, and a monitor or an evaluator that has ended is restarted.
+        loop: whether the system lasts: the flight repeats from the bag's first frame to its last, and errors in
+            callbacks of this process are logged and do not end it.
         autostart: whether the managed nodes configure and activate themselves.
         on_line: called, on other threads, with a node and a line that it printed.
 
@@ -102,8 +97,6 @@ class LiveSystem:
         self._managed = tuple(current_system().nodes)
         self._lasts = loop
         self._autostart = autostart
-        self._on_line = on_line
-        self._revivals: Counter[str] = Counter()
         self._clock = clock or LiveClock(time.time_ns(), float(spec.settings.speed))
         with ExitStack() as stack:
             self._check_signals = stack.enter_context(held_signals())
@@ -117,8 +110,6 @@ class LiveSystem:
             specs = self._specs(resources, network=network, distro=distro)
             self.processes = NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             stack.callback(self.processes.close)
-            if loop:
-                self.processes.on_exit(self._revive)
             self.executor = SingleThreadedExecutor(context=self.context)
             self._start(specs)
             self._stack = stack.pop_all()
@@ -150,14 +141,6 @@ class LiveSystem:
     ) -> None:
         self._stack.__exit__(kind, error, trace)
 
-    def _revive(self, node: str) -> None:
-        """Restart a node that only watches, and report it."""
-        if node in _STATELESS and self._revivals[node] < _MOST_REVIVALS:
-            self._revivals[node] += 1
-            end = self.processes.end_of(node)
-            self.processes.start(node)
-            self._on_line(node, f"The process {end}; it was started again.")
-
     def _refuse_namesakes(self) -> None:
         """Raise if the domain has a node of the system already, such as a launched node that outlived its run."""
 
@@ -183,15 +166,7 @@ class LiveSystem:
         faults = [fault.name for fault in spec.scenario.faults]
         specs = {name: spec_of(node=name, faults=faults) for name in names}
         if spec.manager != EXTERNAL:
-            manager = ManagerSpec(
-                manager=spec.manager,
-                limit_s=spec.settings.manager_limit_s,
-                variables=spec.settings.manager_env,
-                parameters={"use_sim_time": True} | manager_parameters(spec, resources),
-                log=True,
-                live=True,
-                scenario=known_scenario(spec, resources),
-            )
+            manager = manager_spec_of(spec, resources, {"use_sim_time": True}, log=True)
             specs[MANAGER_PROCESS] = spec_of(
                 node=MANAGING_SYSTEM,
                 confined=to_builtins(manager),
@@ -258,21 +233,17 @@ class LiveSystem:
         """
         for node in (*self.essential, *(self._managed if managed else ())):
             needed = node in self.essential or self.processes.has_failed(node)
-            end = self.processes.end_of(node) if needed and not self.processes.is_running(node) else ""
-            if end or self.processes.is_stopped(node):
-                raise SunsetError(
-                    f"The process of {node}, which the experiment needs, "
-                    f"{end or 'is stopped by a signal'}; run it again."
-                )
+            if needed and not self.processes.is_running(node):
+                end = self.processes.end_of(node)
+                raise SunsetError(f"The process of {node}, which the experiment needs, {end}; run it again.")
         # without a managing system that has ended in order, or has failed, the experiment goes on
         if self.processes.has_failed(MANAGER_PROCESS) and not self.manager_failure:
             end = self.processes.end_of(MANAGER_PROCESS)
             raise ManagerError(f"The process of the managing system {self._spec.manager} {end}.")
 
     def is_disturbed(self) -> bool:
-        """Return whether the process of a managed node has ended or is stopped, and was not redeployed."""
-        processes = self.processes
-        return any(not processes.is_running(node) or processes.is_stopped(node) for node in self._managed)
+        """Return whether the process of a managed node has ended, and was not redeployed."""
+        return not all(map(self.processes.is_running, self._managed))
 
 
 def _check_discovery() -> None:

@@ -56,9 +56,6 @@ _TOPICS_OF_ALL: Final = frozenset({DIAGNOSTICS_TOPIC, *PARAMETER_TOPICS, ROSOUT}
 _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.off_limits)
 """Nodes that a managing system must not call."""
 
-END_SERVICE: Final = "/experiment/end"
-"""The service by which an external managing system may end the experiment."""
-
 _ORACLE_NODE: Final = f"/{Oracle.node_name}"
 _USE_SIM_TIME: Final = "use_sim_time"
 """The parameter that selects a node's clock: if that jumps, a redeployed node need not boot."""
@@ -203,9 +200,7 @@ class Observer(Tap):
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note a request that reached its server."""
-        if service == END_SERVICE or (
-            client in INFRASTRUCTURE and not isinstance(request, ChangeState.Request)
-        ):
+        if client in INFRASTRUCTURE and not isinstance(request, ChangeState.Request):
             return
         if server in _OFF_LIMITS_SERVERS and client not in self._system.all_nodes:
             self.note(f"{client} calls {service}, which belongs to the experiment")

@@ -1,6 +1,7 @@
 """An experiment: from its specification to its record and its metrics."""
 
 import platform
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -12,17 +13,22 @@ import onnxruntime
 from msgspec import UNSET, UnsetType
 from msgspec.structs import replace
 
-from sunset.errors import ExtensionError, ManagerError, MiddlewareError
-from sunset.experiments.manager import check_name, checksum_and_versions, isolate, manager_checksum
+from sunset.data import cache_folder
+from sunset.errors import ExtensionError, ManagerError, MiddlewareError, OutputError
+from sunset.experiments.manager import (
+    check_name,
+    checksum_and_versions,
+    isolate,
+    manager_checksum,
+    manager_spec_of,
+)
 from sunset.experiments.observer import Observer, shown_topics
-from sunset.experiments.parameters import known_scenario, manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare, prepare_runs, warn_of_walls
 from sunset.experiments.settings import STORED, Settings
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec, stored_faults
 from sunset.files.sources import package_version
 from sunset.harness.confined_manager import manager_process
-from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import Evidence, RunMetrics, Timeline, score
 from sunset.processes.calls import Watch
@@ -109,34 +115,21 @@ def run_prepared(
             *_unconfirmed(messages, spec.scenario, outcome.start_ns),
             *_unseen(observed),
         ]
-        stored = writer.close(_scored(described, outcome, reasons, outcome.shortfall(observed), figures))
+        if outcome.shortfall is not None:
+            slowness, lost = outcome.shortfall(observed)
+            reasons += [slowness] * bool(slowness)
+            described = replace(described, computer_kept_up=not slowness, frames_lost=lost)
+        record = replace(
+            described,
+            **outcome.fields,
+            start_ns=outcome.start_ns,
+            metrics=figures.to_json(),
+            fault_outcomes=figures.outcomes,
+            valid=not reasons,
+            reason="; ".join(reasons),
+        )
+        stored = writer.close(record)
     return StoredRun(folder, stored, observed, figures, log_of(messages))
-
-
-def _scored(
-    described: RunRecord,
-    outcome: "_Outcome",
-    reasons: list[str],
-    shortfall: tuple[str, int] | None,
-    figures: RunMetrics,
-) -> RunRecord:
-    """Return the record of a finished run, with its figures, and with the reasons for which it is invalid."""
-    if shortfall is not None and shortfall[0]:
-        reasons = [*reasons, shortfall[0]]
-    return replace(
-        described,
-        manager_checksum=outcome.manager_checksum,
-        manager_versions=outcome.manager_versions or UNSET,
-        manager_failed=outcome.failure or None,
-        evidence=outcome.evidence,
-        start_ns=outcome.start_ns,
-        metrics=figures.to_json(),
-        fault_outcomes=figures.outcomes,
-        computer_kept_up=UNSET if shortfall is None else not shortfall[0],
-        frames_lost=UNSET if shortfall is None else shortfall[1],
-        valid=not reasons,
-        reason="; ".join(reasons),
-    )
 
 
 def _unconfirmed(messages: Sequence[RecordedMessage], scenario: Scenario, start_ns: int) -> Iterator[str]:
@@ -167,17 +160,16 @@ def record_failure(
     spec: RunSpec, resources: Resources, folder: Path, *, manager_checksum: str, reason: str
 ) -> None:
     """Write the record of a run whose managing system or extension failed: without messages or figures."""
+    failed = replace(
+        _describe(spec, resources),
+        manager_checksum=manager_checksum,
+        manager_failed=reason,
+        metrics=dict.fromkeys(RunMetrics.names()),
+        valid=False,
+        reason=reason.rstrip("."),
+    )
     with RecordWriter(folder) as writer:
-        writer.close(
-            replace(
-                _describe(spec, resources),
-                manager_checksum=manager_checksum,
-                manager_failed=reason,
-                metrics=dict.fromkeys(RunMetrics.names()),
-                valid=False,
-                reason=reason.rstrip("."),
-            )
-        )
+        writer.close(failed)
 
 
 def run_of_campaign(spec: RunSpec, folder: Path, known: str | None) -> None:
@@ -198,6 +190,24 @@ def record_run(spec: RunSpec, resources: Resources, folder: Path, known: str | N
         record_failure(spec, resources, folder, manager_checksum=known or "", reason=str(error))
 
 
+def last_run() -> Path:
+    """Return the folder of the last run without a folder of its own, in the user's cache; it need not exist yet."""
+    return cache_folder() / "last-run"
+
+
+def keep_last_run(record: Path) -> Path:
+    """Move a record to `last_run`, in place of the earlier record, and return its folder."""
+    home = last_run()
+    try:
+        home.parent.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(home, ignore_errors=True)
+        shutil.move(record, home)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise OutputError(f"The record cannot be kept in {home}: {reason}; '--out DIR' keeps it.") from error
+    return home
+
+
 @dataclass(frozen=True)
 class _Outcome:
     """The results of a run besides its messages.
@@ -205,20 +215,25 @@ class _Outcome:
     Attributes:
         start_ns: the time of the injection, nanoseconds of the experiment's clock.
         violations: the rules that the managing system broke, in words.
-        manager_checksum: of the managing system's files.
-        failure: how the managing system failed, in a sentence; empty if it did not.
-        evidence: whether the managing system looked at symptoms only, or at images.
-        manager_versions: of the distributions that the managing system imported when it was loaded.
-        shortfall: returns why the computer could not keep up, or nothing, and how many frames it lost; live.
+        fields: of the record, about the managing system.
+        shortfall: live, returns why the computer could not keep up, or nothing, and how many frames it lost.
     """
 
     start_ns: int
-    violations: tuple[str, ...]
-    manager_checksum: str
-    failure: str
-    evidence: Evidence
-    manager_versions: Mapping[str, str]
-    shortfall: Callable[[Timeline], tuple[str, int] | None] = lambda _: None
+    violations: Sequence[str]
+    fields: Mapping[str, object]
+    shortfall: Callable[[Timeline], tuple[str, int]] | None = None
+
+
+def _manager_fields(
+    checksum: str, versions: Mapping[str, str], failure: str, evidence: Evidence
+) -> dict[str, object]:
+    return {
+        "manager_checksum": checksum,
+        "manager_versions": versions or UNSET,
+        "manager_failed": failure or None,
+        "evidence": evidence,
+    }
 
 
 def _run_simulated(
@@ -230,64 +245,51 @@ def _run_simulated(
     known: str | None,
     played: Sequence[Command],
 ) -> _Outcome:
-    manager_spec = ManagerSpec(
-        manager=spec.manager,
-        limit_s=spec.settings.manager_limit_s,
-        variables=spec.settings.manager_env,
-        parameters=manager_parameters(spec, resources),
-        log=log,
-        scenario=known_scenario(spec, resources),
-    )
+    manager_spec = manager_spec_of(spec, resources, log=log)
     with manager_process(manager_spec) as manager:
         check_name(f"/{manager.loaded.node_name}", spec.manager)
 
-        def run_isolated(watch: Watch) -> dict[str, Any]:
+        def run_isolated(watch: Watch) -> tuple[int, str, Evidence, Sequence[str]]:
             with system_with(fault.name for fault in spec.scenario.faults):
                 observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
                 start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
             manager.process.kill()
             writer.hand_over()
-            outcome = {"start_ns": start_ns, "failure": failure, "evidence": observer.evidence}
-            return outcome | {"violations": tuple(observer.violations)}
+            return start_ns, failure, observer.evidence, observer.violations
 
         checksum = manager.checksum()
         _check_same(spec.manager, checksum, known)
         nodes = current_system().nodes if spec.extensions else ()
-        outcome = isolate(spec, run_isolated, kept=manager.process.descriptors, nodes=nodes)
+        start_ns, failure, evidence, violations = isolate(
+            spec, run_isolated, kept=manager.process.descriptors, nodes=nodes
+        )
         _check_same(spec.manager, manager.checksum(), checksum)
     writer.take_over()
-    return _Outcome(**outcome, manager_checksum=checksum, manager_versions=manager.imported_versions())
+    versions = manager.imported_versions()
+    return _Outcome(start_ns, violations, _manager_fields(checksum, versions, failure, evidence))
 
 
 def _run_live(
     spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
 ) -> _Outcome:
-    from sunset.experiments import live_run  # noqa: PLC0415  needs an optional extra
+    from sunset.experiments.live_run import FrameCount, run_live  # noqa: PLC0415  needs an optional extra
 
-    frames, settings = live_run.FrameCount(), spec.settings
+    frames, settings = FrameCount(), spec.settings
     checksum, imported = checksum_and_versions(spec.manager, settings)
     _check_same(spec.manager, checksum, known)
     with system_with(fault.name for fault in spec.scenario.faults):
         observer = Observer(
             writer, shown=shown_topics(spec.manager), viewers=settings.viewers, task=settings.task
         )
-        start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
+        start_ns, failure = run_live(spec, resources, observer, frames, log=log)
     _check_same(spec.manager, manager_checksum(spec.manager, settings), checksum)
 
     def shortfall(timeline: Timeline) -> tuple[str, int]:
         times = (start_ns, timeline, spec.timing)
         return frames.shortfall(*times), frames.losses(*times)[1]
 
-    ended = ("the managing system ended it before its time",) if frames.ended_early else ()
-    return _Outcome(
-        start_ns=start_ns,
-        violations=(*observer.violations, *ended),
-        manager_checksum=checksum,
-        failure=failure,
-        evidence=observer.evidence,
-        manager_versions=imported,
-        shortfall=shortfall,
-    )
+    fields = _manager_fields(checksum, imported, failure, observer.evidence)
+    return _Outcome(start_ns, observer.violations, fields, shortfall)
 
 
 def _check_same(manager: str, checksum: str, known: str | None) -> None:

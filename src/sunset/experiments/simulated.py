@@ -6,9 +6,14 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from sunset.errors import SunsetError
-from sunset.experiments.manager import bring_up_timeout_error, check_injection, check_name, node_error
+from sunset.experiments.manager import (
+    bring_up_timeout_error,
+    check_injection,
+    check_name,
+    node_error,
+    node_parameters,
+)
 from sunset.experiments.observer import Observer
-from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.harness.bag_player import BagPlayer

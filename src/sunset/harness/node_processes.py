@@ -7,7 +7,6 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict
-from pathlib import Path
 from typing import IO, Final
 
 from sunset.harness.node_process import MANAGER_FAILED, NodeSpec, node_server
@@ -18,7 +17,6 @@ _GRACE_S: Final = 3.0
 """How long nodes may take to leave the graph when they are ended."""
 _TURN_S: Final = 0.1
 """Longest wait for a process before the next is ended: ending all at once would take the processor from others."""
-_LOOK_S: Final = 0.1
 _LAST_LINES: Final = 20
 _SIGNALS: Final = {number.value: number.name for number in signal.Signals}  # real-time signals lack names
 
@@ -45,8 +43,6 @@ class NodeProcesses:
         self._on_line = on_line
         self._server: ForkServer = node_server()
         self._running: dict[str, Process] = {}
-        self._stopped: frozenset[str] = frozenset()
-        self._next_look_s = 0.0
         self._ended: dict[str, int | None] = {}
         self._lines: dict[str, deque[str]] = {}
         self._readers: dict[str, threading.Thread] = {}
@@ -92,10 +88,6 @@ class NodeProcesses:
         process = self._running.get(node)
         return None if process is None else process.pid
 
-    def is_stopped(self, node: str) -> bool:
-        """Return whether a signal had stopped the process of `node` when `poll` looked, ten times a second."""
-        return node in self._stopped
-
     def kill(self, node: str) -> None:
         """End the process of `node` at once."""
         self._running[node].kill()
@@ -105,18 +97,12 @@ class NodeProcesses:
         self._handlers.append(handler)
 
     def poll(self) -> None:
-        """Note the processes that have ended, and ten times a second those that are stopped."""
+        """Note the processes that have ended."""
         for node, process in list(self._running.items()):
             if process.ended:
                 self._note_end(node)
                 for handler in self._handlers:
                     handler(node)
-        now = time.monotonic()
-        if now >= self._next_look_s:
-            self._next_look_s = now + _LOOK_S
-            self._stopped = frozenset(
-                node for node, process in self._running.items() if _is_stopped(process.pid)
-            )
 
     def end_of(self, node: str) -> str:
         """Return how the last process of `node` ended, in words; empty while it runs."""
@@ -164,12 +150,3 @@ class NodeProcesses:
         process = self._running.pop(node)
         process.close()
         self._ended[node] = process.returncode
-
-
-def _is_stopped(pid: int) -> bool:
-    """Return whether a signal has stopped a process, where there is `/proc`."""
-    try:
-        status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return False
-    return status.rpartition(")")[2].split()[0] == "T"

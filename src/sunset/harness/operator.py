@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final, cast
 
-from sunset.harness.conductor import Conductor
 from sunset.harness.node_processes import NodeProcesses
+from sunset.harness.supervisor import Conductor
 from sunset.managing.symptoms import read_parameters
 from sunset.nodes.base import call_later
 from sunset.system import (
@@ -24,11 +24,10 @@ from sunset.system_interfaces.msg import FrameEvaluation, SetBlackboardGroup
 from sunset_ros.clock import Clock
 from sunset_ros.context import Context
 from sunset_ros.interfaces import Message
+from sunset_ros.interfaces.std_srvs.srv import Trigger
 from sunset_ros.time import ClockType
 
 _LONGEST: Final = 20
-_FORGOTTEN_NS: Final = 2 * 10**9
-"""After this time the blackboard no longer shows a dead process."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +73,6 @@ class Operator(Conductor):
         }
         self._outputs[BAG_PLAYER] = frequency_entry(SENSOR_TOPICS[0])
         self._states = {*map(state_entry, system.nodes)}
-        self._ended_ns: dict[str, int] = {}
-        self._elsewhere: set[str] = set()
         self._injects = inject
         self._warm_up_s = warm_up_s
         self._blackboard: dict[str, object] = {}
@@ -89,27 +86,15 @@ class Operator(Conductor):
         return [self._status_of(node, processes) for node in processes.nodes]
 
     def _status_of(self, node: str, processes: NodeProcesses) -> NodeStatus:
-        pid = processes.pid(node)
-        state = "running"
-        if pid is not None:
-            self._ended_ns.pop(node, None)
-            self._elsewhere.discard(node)
+        pid, state = processes.pid(node), "running"
         if node in self._initial_states:
             state = str(self._blackboard.get(state_entry(node), "starting"))
-        if pid is None and not self._runs_elsewhere(node):
+        if pid is None and state in {"running", "starting", "unknown"}:  # else another program has started it
             state = processes.end_of(node)
         hertz = self._blackboard.get(self._outputs.get(node, ""))
         if node in self._rates:
             hertz = self._rates[node].frequency(self._wall.now_ns())
         return NodeStatus(node, state, pid, cast("float | None", hertz))
-
-    def _runs_elsewhere(self, node: str) -> bool:
-        """Return whether a node's heartbeats came long after its last process here had ended."""
-        now_ns = self._wall.now_ns()
-        is_heard = self._blackboard.get(state_entry(node), "unknown") != "unknown"
-        if is_heard and now_ns - self._ended_ns.setdefault(node, now_ns) > _FORGOTTEN_NS:
-            self._elsewhere.add(node)
-        return node in self._elsewhere
 
     def _note(self, node: str, message: Message) -> None:
         del message
@@ -136,12 +121,12 @@ class Operator(Conductor):
             self._invites = False
             self.news.append("The system is up; start your managing system now.")
 
-    def _on_flying(self, begun: bool, message: str) -> None:
-        self.news.append(f"{'The flight has begun' if begun else 'Starting the flight failed'}: {message}")
+    def _on_flying(self, response: Trigger.Response) -> None:
+        done = "The flight has begun" if response.success else "Starting the flight failed"
+        self.news.append(f"{done}: {response.message}")
         if self._injects:
             call_later(self, self._warm_up_s, lambda: self.inject(self._on_injected))
 
-    def _on_injected(self, injected: bool, message: str) -> None:
-        self.news.append(
-            f"{'The faults are injected' if injected else 'Injecting the faults failed'}: {message}"
-        )
+    def _on_injected(self, response: Trigger.Response) -> None:
+        done = "The faults are injected" if response.success else "Injecting the faults failed"
+        self.news.append(f"{done}: {response.message}")

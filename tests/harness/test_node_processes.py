@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 from tests.live.systems import exists
 
-from sunset.harness.node_process import NodeSpec, node_server
-from sunset.harness.node_processes import NodeProcesses
+from sunset.harness.node_process import NodeProcesses, NodeSpec, node_server
 from sunset.system import MANAGING_SYSTEM
 from sunset_ros.rmw.dds.domains import free_domain_id
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, cast
 
 import pytest
 
-from sunset.harness.node_processes import NodeProcesses
+from sunset.harness.node_process import NodeProcesses
 from sunset.harness.operator import Operator
 from sunset.system_interfaces.msg import SetBlackboardGroup
 from sunset_ros import Context

@@ -18,8 +18,7 @@ from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.harness.deployment import deployed_scenario, deployment
 from sunset.harness.launcher import Launcher
-from sunset.harness.node_process import NodeSpec
-from sunset.harness.node_processes import NodeProcesses
+from sunset.harness.node_process import NodeProcesses, NodeSpec
 from sunset.managing import EXTERNAL
 from sunset.system import (
     BAG_PLAYER,

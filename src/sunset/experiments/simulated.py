@@ -1,6 +1,7 @@
 """A simulated experiment: processes, the managing system, the observer."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from types import MappingProxyType
 from typing import TypeVar
@@ -121,6 +122,18 @@ def bring_up(process: SimProcess, factory: Callable[[Context], NodeT]) -> NodeT:
     return node
 
 
+@contextmanager
+def _blaming_nodes(spec: RunSpec, watch: Watch, *, starting: bool = False) -> Iterator[None]:
+    """Translate an exception of an extension's code in the node that runs."""
+    try:
+        yield
+    except BaseException as error:
+        blame = node_error(spec, watch.running, error, starting=starting)
+        if blame is None:
+            raise
+        raise blame from error
+
+
 def run_simulated(
     spec: RunSpec,
     resources: Resources,
@@ -138,24 +151,6 @@ def run_simulated(
         The time of the injection, nanoseconds of the simulated clock; and how the managing system has failed, in a
         sentence, empty if it has not.
     """
-    try:
-        return _run(spec, resources, watch, manager, observer, played=played)
-    except BaseException as error:
-        blame = node_error(spec, watch.running, error)
-        if blame is None:
-            raise
-        raise blame from error
-
-
-def _run(
-    spec: RunSpec,
-    resources: Resources,
-    watch: Watch,
-    manager: ManagerProcess,
-    observer: Observer,
-    *,
-    played: Sequence[Command],
-) -> tuple[int, str]:
     timing, system = spec.timing, current_system()
     compute = {full_name(node): seconds for node, seconds in system.compute_s.items()}
     simulation = Simulation(seed=spec.seed, compute=compute, jitter=timing.jitter, latency_s=timing.latency_s)
@@ -163,16 +158,17 @@ def _run(
     simulation.add_tap(_SignOfLife(watch))
     around = {name: partial(watch.call_named, name) for name in system.nodes} if spec.extensions else {}
     processes = SimulatedProcesses(simulation, _factories(spec, resources, watch), around)
-    supervisor = _start_conductors(simulation, processes, spec, resources)
-    nodes = (*system.nodes, *SURROUNDING)
-    for launch_ns, name in sorted((_launch_ns(spec.seed, name), name) for name in nodes):
-        simulation.run_until(launch_ns)
-        processes.start(name)
-    simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
-    failed = _let_in(manager, simulation, spec)
-    if played:
-        simulation.play_back(map(_request_of, played))
-    start_ns = _conduct(simulation, supervisor, spec, observer)
+    with _blaming_nodes(spec, watch):
+        supervisor = _start_conductors(simulation, processes, spec, resources)
+        nodes = (*system.nodes, *SURROUNDING)
+        for launch_ns, name in sorted((_launch_ns(spec.seed, name), name) for name in nodes):
+            simulation.run_until(launch_ns)
+            processes.start(name)
+        simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
+        failed = _let_in(manager, simulation, spec)
+        if played:
+            simulation.play_back(map(_request_of, played))
+        start_ns = _conduct(simulation, supervisor, spec, observer)
     observer.finish(simulation.now)
     return start_ns, "".join(failed)
 
@@ -268,28 +264,17 @@ def _factories(spec: RunSpec, resources: Resources, watch: Watch) -> dict[str, N
         "segmentation": partial(system.node_class("segmentation"), segmenter=resources.segmenter),
         BAG_PLAYER: partial(BagPlayer, reader=resources.bag),
     }
-    factories = {
-        name: _factory(given.get(name) or system.node_class(name), parameters.get(name, {}))
-        for name in (*system.nodes, *SURROUNDING)
-    }
-    if not spec.extensions:
-        return factories
-    return factories | {name: _watched(name, factories[name], watch, spec) for name in system.nodes}
 
+    def make(name: str, context: Context) -> Node:
+        values = parameters.get(name, {})
+        overrides = [Parameter(parameter, value=value) for parameter, value in values.items()]
+        node_class = given.get(name) or system.node_class(name)
+        return node_class(context=context, parameter_overrides=overrides)
 
-def _watched(name: str, factory: NodeFactory, watch: Watch, spec: RunSpec) -> NodeFactory:
-    def make(context: Context) -> Node:
-        try:
-            return watch.call_named(name, lambda: factory(context))
-        except BaseException as error:
-            blame = node_error(spec, name, error, starting=True)
-            if blame is None:
-                raise
-            raise blame from error
+    def make_watched(name: str, context: Context) -> Node:
+        with _blaming_nodes(spec, watch, starting=True):
+            return watch.call_named(name, lambda: make(name, context))
 
-    return make
-
-
-def _factory(node: Callable[..., Node], parameters: Mapping[str, bool | int | float | str]) -> NodeFactory:
-    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-    return lambda context: node(context=context, parameter_overrides=overrides)
+    watched = system.nodes if spec.extensions else ()
+    names = (*system.nodes, *SURROUNDING)
+    return {name: partial(make_watched if name in watched else make, name) for name in names}

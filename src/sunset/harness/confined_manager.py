@@ -262,36 +262,33 @@ def _check_shown(manager: str, places: Iterable[Path], files: Iterable[Path]) ->
         files: the data files among them and in its folders.
     """
     cache = cache_folder().resolve()
-    for place in places:
-        real = place.resolve()
-        if cache.is_relative_to(real) or real.is_relative_to(cache):
-            raise _refusal(manager, place, f"and {cache} is where SUNSET keeps flights and their labels")
-        if any(real.is_relative_to(folder) for folder in _SYSTEM):
-            raise _refusal(manager, place, "which tells of the computer and its processes")
-    for file in files:
-        real = file.resolve()
-        if real.suffix in _BAGS:
-            raise _refusal(manager, file, "which is a bag")
-        if real.name in {RUN_FILE, PLAN_FILE}:
-            raise _refusal(manager, file, "which is of the record of a run")
-        if _is_scenario(real):
-            raise _refusal(manager, file, "which is a scenario")
 
+    def of_place(place: Path) -> str:
+        if cache.is_relative_to(place) or place.is_relative_to(cache):
+            return f"and {cache} is where SUNSET keeps flights and their labels"
+        if any(place.is_relative_to(folder) for folder in _SYSTEM):
+            return "which tells of the computer and its processes"
+        return ""
 
-def _refusal(manager: str, place: Path, reason: str) -> ManagerError:
-    return ManagerError(
-        f"The managing system {manager} names {place}, {reason}: keep its files in a folder of their own."
-    )
+    def of_file(file: Path) -> str:
+        if file.suffix in _BAGS:
+            return "which is a bag"
+        if file.name in {RUN_FILE, PLAN_FILE}:
+            return "which is of the record of a run"
+        return "which is a scenario" if _is_scenario(file) else ""
+
+    for judge, paths in ((of_place, places), (of_file, files)):
+        for path in paths:
+            if reason := judge(path.resolve()):
+                raise ManagerError(
+                    f"The managing system {manager} names {path}, {reason}: keep its files in a folder of their own."
+                )
 
 
 def _is_scenario(file: Path) -> bool:
-    if not is_scenario_file(file):
-        return False
-    try:
-        load_scenario(file)
-    except ScenarioError:
-        return False
-    return True
+    with suppress(ScenarioError):
+        return is_scenario_file(file) and bool(load_scenario(file))
+    return False
 
 
 def _command(manager: str) -> Command | None:

@@ -6,8 +6,7 @@ from functools import partial
 from typing import Any, cast
 
 from sunset.harness._injector import Answer, Injector
-from sunset.harness._occurrence import Occurrence, course
-from sunset.harness._world import World
+from sunset.harness._world import Occurrence, World, course
 from sunset.nodes.base import call_later
 from sunset.scenarios.loading import load_scenario
 from sunset.scenarios.schema import Scenario

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final, cast
 
-from sunset.harness.node_processes import NodeProcesses
+from sunset.harness.node_process import NodeProcesses
 from sunset.harness.supervisor import Conductor
 from sunset.managing.symptoms import read_parameters
 from sunset.nodes.base import call_later

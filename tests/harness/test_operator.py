@@ -82,27 +82,9 @@ def test_it_says_when_a_managing_system_may_start(world: "World") -> None:
     assert list(operator.news) == ["The system is up; start your managing system now."]
 
 
-@pytest.mark.parametrize(
-    "values",
-    [
-        {"camera_lc_state": 5, "managed_subsystem_rgb_camera_freq": "many"},
-        {"camera_lc_state": "\x1b[2J", "managed_subsystem_rgb_camera_freq": True},
-        {"camera_lc_state": "x" * 100, "managed_subsystem_rgb_camera_freq": [9.0]},
-        {"camera_lc_state": ""},
-    ],
-)
-def test_what_cannot_be_shown_is_passed_over(
-    world: "World", operator: Operator, values: dict[str, object]
-) -> None:
-    tell(world, camera_lc_state="active", managed_subsystem_rgb_camera_freq=9.0)
-    tell(world, **values)
-    assert shown(operator) == ("active", 9.0)
-
-
 def test_types_and_names_that_it_does_not_know_are_passed_over(world: "World", operator: Operator) -> None:
     entries = [ParameterMessage(name="camera_lc_state", value=ParameterValue(type=200))]
     entries += [ParameterMessage(name=f"{number}_freq", value=ParameterValue(type=3)) for number in range(9)]
     world.publish("/blackboard_group", SetBlackboardGroup(bb_params=entries))
     world.run(0.01)
     assert shown(operator) == ("starting", None)
-    assert operator._blackboard == {}

@@ -29,6 +29,7 @@ from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec, stored_faults
 from sunset.files.sources import package_version
 from sunset.harness.confined_manager import manager_process
+from sunset.harness.executor import is_at_once
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import Evidence, RunMetrics, Timeline, score
 from sunset.processes.calls import Watch
@@ -134,11 +135,7 @@ def run_prepared(
 
 def _unconfirmed(messages: Sequence[RecordedMessage], scenario: Scenario, start_ns: int) -> Iterator[str]:
     """Yield which faults were refused, except those that the scenario executor reports at the injection."""
-    answered = {
-        fault.name
-        for fault in scenario.faults
-        if fault.at == 0 and fault.after is None and fault.profile.rise is None
-    }
+    answered = {fault.name for fault in scenario.faults if is_at_once(fault)}
     for recorded in messages:
         message = recorded.message
         if isinstance(message, FaultInjection) and not message.confirmed:

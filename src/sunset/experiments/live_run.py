@@ -3,14 +3,14 @@
 import math
 import sys
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from contextlib import ExitStack, nullcontext
 from itertools import pairwise
 
 from sunset.errors import SunsetError
 from sunset.experiments.live import LiveClock, LiveSystem
 from sunset.experiments.manager import bring_up_timeout_error, check_injection
-from sunset.experiments.observer import Observer
+from sunset.experiments.observer import Observer, Sink, shown_topics
 from sunset.experiments.resources import Resources
 from sunset.experiments.settings import RunTiming
 from sunset.experiments.spec import RunSpec
@@ -35,7 +35,6 @@ from sunset_ros.interruption import held_signals
 from sunset_ros.rmw.backends import live_middleware
 from sunset_ros.rmw.core.live import LiveObserver
 from sunset_ros.rmw.core.port import EndpointKind, RequestId, qualified_name
-from sunset_ros.rmw.core.tap import Tap
 
 _S = 10**9
 _NAMELESS = "a nameless node"
@@ -123,51 +122,52 @@ def _tolerated(frames: int) -> int:
     return max(1, int(_TOLERANCE * frames))
 
 
-class _Watch(Tap):
-    """Passes events of a domain on to the observer, in the time of `/clock`."""
+class LiveWatch(Observer):
+    """Observes a run in the time of `/clock`, and counts its frames."""
 
-    def __init__(
-        self, observer: Observer, frames: FrameCount, clock: LiveClock, viewers: Collection[str] = ()
-    ) -> None:
-        self._observer = observer
-        self._frames = frames
-        self._clock = clock
-        self._viewers = viewers
+    def __init__(self, spec: RunSpec, sink: Sink) -> None:
+        settings = spec.settings
+        super().__init__(sink, shown=shown_topics(spec.manager), viewers=settings.viewers, task=settings.task)
+        self.clock = LiveClock(time.time_ns(), float(settings.speed))
+        self.frames = FrameCount()
         self.strangers: dict[str, None] = {}
         """Nodes that are not of the system, in order of their discovery."""
         self.is_ready = False
         """Whether it has discovered the subscription that is created last, and therefore all before."""
 
     def on_node(self, process: str, node: str) -> None:
+        """Note strangers, besides."""
         # hidden nodes, and nodes of `ros2 launch` itself
-        is_tool = base_name(node).startswith(("_", "launch_ros_")) or node in self._viewers
+        is_tool = base_name(node).startswith(("_", "launch_ros_")) or node in self.viewers
         if node not in current_system().all_nodes and not is_tool:
             self.strangers[node] = None
-        self._observer.on_node(process, node)
+        super().on_node(process, node)
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
+        """Note whether it is the last endpoint, besides."""
         self.is_ready |= (node, name) == (f"/{EXPERIMENT}", DIAGNOSTICS_TOPIC)
-        self._observer.on_endpoint(node, kind, name)
+        super().on_endpoint(node, kind, name)
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
-        self._frames.note(self._clock.at(time_ns), topic, message)
-        self._observer.on_message(self._clock.at(time_ns), topic, node or _NAMELESS, message)
+        """Count frames, besides."""
+        self.frames.note(self.clock.at(time_ns), topic, message)
+        super().on_message(self.clock.at(time_ns), topic, node or _NAMELESS, message)
 
     def on_request(  # noqa: PLR0917  as of Tap
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
-        at_ns = self._clock.at(time_ns)
-        self._observer.on_request(at_ns, service, client or _NAMELESS, server, request, request_id)
+        """Take the time of `/clock`."""
+        at_ns = self.clock.at(time_ns)
+        super().on_request(at_ns, service, client or _NAMELESS, server, request, request_id)
 
     def on_response(
         self, time_ns: int, service: str, server: str, response: Message, request_id: RequestId
     ) -> None:
-        self._observer.on_response(self._clock.at(time_ns), service, server, response, request_id)
+        """Take the time of `/clock`."""
+        super().on_response(self.clock.at(time_ns), service, server, response, request_id)
 
 
-def run_live(
-    spec: RunSpec, resources: Resources, observer: Observer, frames: FrameCount, *, log: bool = False
-) -> tuple[int, str]:
+def run_live(spec: RunSpec, resources: Resources, watch: LiveWatch, *, log: bool = False) -> tuple[int, str]:
     """Run an experiment with every node as a process of its own.
 
     If the managing system fails, the experiment goes on without it.
@@ -176,10 +176,8 @@ def run_live(
         The time of the injection, nanoseconds of `/clock`; and how the managing system has failed, in a sentence, empty
         if it has not.
     """
-    clock = LiveClock(time.time_ns(), float(spec.settings.speed))
-    watch = _Watch(observer, frames, clock, spec.settings.viewers)
     with ExitStack() as stack:
-        tap, system = _started(stack, spec, resources, watch, clock, log=log)
+        tap, system = _started(stack, spec, resources, watch, log=log)
         ready = _readiness(spec, watch, system)
         supervisor = Supervisor(
             spec.scenario.name,
@@ -193,17 +191,17 @@ def run_live(
         def look() -> None:
             tap.check()
             if supervisor.phase is not Phase.BRING_UP and system.is_disturbed():
-                frames.note_disturbance(clock.at(time.time_ns()))
+                watch.frames.note_disturbance(watch.clock.at(time.time_ns()))
 
-        _conduct(system, supervisor, spec, observer, look)
-        end_ns = clock.at(time.time_ns())
+        _conduct(system, supervisor, spec, watch, look)
+        end_ns = watch.clock.at(time.time_ns())
         tap.finish()
-    observer.finish(end_ns)
+    watch.finish(end_ns)
     return supervisor.start_ns or 0, system.manager_failure
 
 
 def _started(
-    stack: ExitStack, spec: RunSpec, resources: Resources, watch: _Watch, clock: LiveClock, *, log: bool
+    stack: ExitStack, spec: RunSpec, resources: Resources, watch: LiveWatch, *, log: bool
 ) -> tuple[LiveObserver, LiveSystem]:
     """Enter a domain, observe it and start the system in it, until the stack is closed."""
 
@@ -219,10 +217,10 @@ def _started(
     # it comes before the nodes and leaves after them: each of its readers that comes or goes occupies all of them
     tap = stack.enter_context(live.observe(watch, domain_id=domain_id))
     check_signals()
-    return tap, stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
+    return tap, stack.enter_context(LiveSystem(spec, resources, domain_id, clock=watch.clock, on_line=show))
 
 
-def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[], bool]:
+def _readiness(spec: RunSpec, watch: LiveWatch, system: LiveSystem) -> Callable[[], bool]:
     """Return a predicate: the observer and the managing system are ready."""
     if spec.manager != EXTERNAL:
         return lambda: watch.is_ready
@@ -242,11 +240,7 @@ def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[],
 
 
 def _conduct(
-    system: LiveSystem,
-    supervisor: Supervisor,
-    spec: RunSpec,
-    observer: Observer,
-    look: Callable[[], None],
+    system: LiveSystem, supervisor: Supervisor, spec: RunSpec, observer: Observer, look: Callable[[], None]
 ) -> None:
     """Run the experiment, calling `look` in every step; an error that it raises ends the run."""
     timing = spec.timing

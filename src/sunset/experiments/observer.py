@@ -57,12 +57,6 @@ _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.value
 """Nodes that a managing system must not call."""
 
 _ORACLE_NODE: Final = f"/{Oracle.node_name}"
-_USE_SIM_TIME: Final = "use_sim_time"
-"""The parameter that selects a node's clock: if that jumps, a redeployed node need not boot."""
-
-_SEED: Final = "seed"
-"""The seed of a node's noise, from which the run's seed might be derived."""
-
 _OUTCOMES: Final = {outcome.to_label() for outcome in TransitionCallbackReturn}
 _REQUESTS: Final = [step for step in TRANSITIONS if step.label not in _OUTCOMES]
 _LABELS: Final = {step.id: step.label for step in _REQUESTS}
@@ -107,7 +101,7 @@ class Observer(Tap):
         self._task = task
         self._sink = sink
         self._shown = shown
-        self._viewers = viewers
+        self.viewers = viewers
         self._system = current_system()
         self._outputs = {
             full_name(node.name): {*map(full_name, node.outputs)} for node in self._system.nodes.values()
@@ -149,7 +143,7 @@ class Observer(Tap):
         managed system. Other nodes must not subscribe to a topic with the truth, or offer a service of the system.
         """
         subscribes = kind is EndpointKind.SUBSCRIPTION
-        if subscribes and node in self._viewers:
+        if subscribes and node in self.viewers:
             return
         readers = self._system.sensors.get(name, {node})
         if subscribes and node not in {*readers, "/monitor"}:
@@ -175,7 +169,7 @@ class Observer(Tap):
         is_own = not is_shared and (topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES))
         if self._is_forged(topic, node, message):
             self.note(f"{node} publishes on {topic} in the name of another node")
-        elif node in self._viewers and topic not in _TOPICS_OF_ALL:
+        elif node in self.viewers and topic not in _TOPICS_OF_ALL:
             self.note(f"{node} publishes on {topic}, and was said to be a viewer")
         elif is_own and node not in self._system.all_nodes:
             self.note(f"{node} publishes on {topic}, which belongs to the experiment")
@@ -204,7 +198,7 @@ class Observer(Tap):
             return
         if server in _OFF_LIMITS_SERVERS and client not in self._system.all_nodes:
             self.note(f"{client} calls {service}, which belongs to the experiment")
-        if server in self._system.all_nodes and client in self._viewers:
+        if server in self._system.all_nodes and client in self.viewers:
             self.note(f"{client} calls {service}, and was said to be a viewer")
         if server not in self._system.managed_nodes and server != "/launcher":
             return
@@ -214,9 +208,7 @@ class Observer(Tap):
             return
         if self._task == DIAGNOSE and client not in INFRASTRUCTURE:
             self.note(f"{client} calls {service}, and the task is to diagnose, without adaptations")
-        command.stamp = stamp_of(time_ns)
-        command.client = client
-        command.service = service
+        command.stamp, command.client, command.service = stamp_of(time_ns), client, service
         self.commands += client not in INFRASTRUCTURE
         self._pending[service, request_id] = command
 
@@ -267,11 +259,8 @@ class Observer(Tap):
 
     def _may_feed(self, topic: str) -> bool:
         """Return whether a managed node may subscribe to a topic: not of the managing system, and not the truth."""
-        if topic in OFF_LIMITS_TOPICS:
-            return False
-        return topic in {*self._system.own_topics, PARAMETER_EVENTS_TOPIC} or topic.startswith(
-            f"{NAMESPACE}/"
-        )
+        is_own = topic in {*self._system.own_topics, PARAMETER_EVENTS_TOPIC}
+        return topic not in OFF_LIMITS_TOPICS and (is_own or topic.startswith(f"{NAMESPACE}/"))
 
     def _note_violations(self, client: str, server: str, request: Message) -> None:
         if isinstance(request, SetParameters.Request | SetParametersAtomically.Request):
@@ -283,9 +272,11 @@ class Observer(Tap):
         for name in names:
             if (server, name) in self._system.fault_parameters:
                 self.note(f"{client} {verb} the fault parameter {name} of {server}")
-            elif name == _USE_SIM_TIME and verb == "sets":
+            elif (
+                name == "use_sim_time" and verb == "sets"
+            ):  # if its clock jumps, a redeployed node need not boot
                 self.note(f"{client} sets {name} of {server}, which belongs to the experiment")
-            elif name == _SEED and server.startswith(_OWN_PREFIXES):
+            elif name == "seed" and server.startswith(_OWN_PREFIXES):  # the run's might be derived from it
                 self.note(f"{client} {verb} the {name} of {server}, which belongs to the experiment")
 
 

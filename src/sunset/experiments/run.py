@@ -269,24 +269,21 @@ def _run_simulated(
 def _run_live(
     spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
 ) -> _Outcome:
-    from sunset.experiments.live_run import FrameCount, run_live  # noqa: PLC0415  needs an optional extra
+    from sunset.experiments.live_run import LiveWatch, run_live  # noqa: PLC0415  needs an optional extra
 
-    frames, settings = FrameCount(), spec.settings
-    checksum, imported = checksum_and_versions(spec.manager, settings)
+    checksum, imported = checksum_and_versions(spec.manager, spec.settings)
     _check_same(spec.manager, checksum, known)
     with system_with(fault.name for fault in spec.scenario.faults):
-        observer = Observer(
-            writer, shown=shown_topics(spec.manager), viewers=settings.viewers, task=settings.task
-        )
-        start_ns, failure = run_live(spec, resources, observer, frames, log=log)
-    _check_same(spec.manager, manager_checksum(spec.manager, settings), checksum)
+        watch = LiveWatch(spec, writer)
+        start_ns, failure = run_live(spec, resources, watch, log=log)
+    _check_same(spec.manager, manager_checksum(spec.manager, spec.settings), checksum)
 
     def shortfall(timeline: Timeline) -> tuple[str, int]:
         times = (start_ns, timeline, spec.timing)
-        return frames.shortfall(*times), frames.losses(*times)[1]
+        return watch.frames.shortfall(*times), watch.frames.losses(*times)[1]
 
-    fields = _manager_fields(checksum, imported, failure, observer.evidence)
-    return _Outcome(start_ns, observer.violations, fields, shortfall)
+    fields = _manager_fields(checksum, imported, failure, watch.evidence)
+    return _Outcome(start_ns, watch.violations, fields, shortfall)
 
 
 def _check_same(manager: str, checksum: str, known: str | None) -> None:

@@ -70,15 +70,7 @@ def _versions(module: str) -> tuple[tuple[str, str], ...]:
 
 
 class ManagerProcess:
-    """A managing system that has been loaded in a process of its own.
-
-    Attributes:
-        manager: its name, as of `load_manager`.
-        loaded: its description.
-        pipe: the connection to it.
-        process: its process.
-        longest_s: seconds of wall time that loading it, and each of its callbacks, may take.
-    """
+    """A managing system that has been loaded in a process of its own."""
 
     def __init__(self, spec: ManagerSpec, process: Process) -> None:
         self.manager = spec.manager
@@ -86,6 +78,7 @@ class ManagerProcess:
         self.process = process
         self._patience = Patience(spec.limit_s, live=spec.live)
         self.longest_s = self._patience.longest_s
+        """Seconds of wall time that loading it, and each of its callbacks, may take."""
         try:
             self.loaded: LoadedManager = receive_loaded(self.pipe, time.monotonic() + self.longest_s)
         except PipeError as error:
@@ -153,15 +146,11 @@ class ManagerProcess:
 
 
 @contextmanager
-def manager_process(spec: ManagerSpec, *, describes_types: bool = False) -> Iterator[ManagerProcess]:
+def manager_process(spec: ManagerSpec) -> Iterator[ManagerProcess]:
     """Load a managing system in a process of its own, which ends with the context.
 
     The process is forked from a clean server, and sees of its user's files only those of the managing system. A class
     that was passed in Python exists only in this process, and runs in a copy of it.
-
-    Args:
-        spec: the managing system.
-        describes_types: whether its node describes its types to other nodes.
 
     Raises:
         ManagerError: it cannot be loaded.
@@ -175,7 +164,7 @@ def manager_process(spec: ManagerSpec, *, describes_types: bool = False) -> Iter
                 "leave out its --manager-env."
             )
     try:
-        process = _start(spec, describes_types)
+        process = _start(spec)
     except OSError as error:
         raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error
     with process:
@@ -197,7 +186,7 @@ def run_confined(spec: ManagerSpec, context: Context, *, occasion: str) -> str:
     middleware = context.middleware
     failures: list[str] = []
     moment = "could not be constructed"
-    with manager_process(spec, describes_types=middleware.describes_types) as process:
+    with manager_process(replace(spec, describes_types=middleware.describes_types)) as process:
         is_wanted = context.ok()
 
         def leave() -> None:
@@ -222,7 +211,7 @@ def run_confined(spec: ManagerSpec, context: Context, *, occasion: str) -> str:
     return "".join(failures)
 
 
-def _start(spec: ManagerSpec, describes_types: bool) -> Process:
+def _start(spec: ManagerSpec) -> Process:
     """Start the process of a managing system."""
     name = str(_command(spec.manager) or spec.manager)
     task = ManagerTask(
@@ -230,7 +219,6 @@ def _start(spec: ManagerSpec, describes_types: bool) -> Process:
         folder=str(Path.cwd()),
         extensions=tuple(extension.where for extension in loaded_extensions()),
         environment={name: os.environ[name] for name in spec.variables},
-        describes_types=describes_types,
     )
     if is_registered(spec.manager):
         return copy_process(run_manager, task)

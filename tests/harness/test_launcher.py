@@ -19,7 +19,7 @@ class Host:
     def __init__(self, *running: str) -> None:
         self.running = set(running)
         self.done: list[str] = []
-        self.handlers: list[Callable[[str], None]] = []
+        self.on_exit: Callable[[str], object] = self.done.append
 
     def start(self, node: str) -> None:
         self.done.append(f"start {node}")
@@ -34,11 +34,7 @@ class Host:
 
     def end(self, node: str) -> None:
         self.running.remove(node)
-        for handler in self.handlers:
-            handler(node)
-
-    def on_exit(self, handler: Callable[[str], None]) -> None:
-        self.handlers.append(handler)
+        self.on_exit(node)
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ class Nodes(NodeProcesses):
             "manager": NodeSpec(node=MANAGING_SYSTEM, manager=f"{program}:Mine"),
         }
         super().__init__(specs, {"ROS_DOMAIN_ID": str(domain_id)}, lambda _, line: self.note(line))
-        self.on_exit(self.ended.append)
+        self.on_exit = self.ended.append
 
     def note(self, line: str) -> None:
         """Note a line that a node printed."""

@@ -72,10 +72,10 @@ class SimulatedProcesses:
         around: Mapping[str, Around] = MappingProxyType({}),
     ) -> None:
         self._simulation = simulation
-        self._factories = dict(factories)
+        self._factories = factories
         self._around = around
         self._running: dict[str, SimProcess] = {}
-        self._handlers: list[Callable[[str], None]] = []
+        self.on_exit: Callable[[str], object] = lambda _: None
 
     def start(self, node: str) -> None:
         """Start a new process for `node`."""
@@ -91,14 +91,9 @@ class SimulatedProcesses:
         """End the process of `node` at once."""
         self._simulation.kill(self._running[node])
 
-    def on_exit(self, handler: Callable[[str], None]) -> None:
-        """Call `handler(node)` whenever a process has ended."""
-        self._handlers.append(handler)
-
     def _ended(self, node: str) -> None:
         del self._running[node]
-        for handler in self._handlers:
-            handler(node)
+        self.on_exit(node)
 
 
 class _SignOfLife(Tap):

@@ -21,6 +21,9 @@ _GRACE_S = 1.0
 class ProcessHost(Protocol):
     """Starts and ends the processes of nodes, which are simulated or of the operating system."""
 
+    on_exit: Callable[[str], object]
+    """Called with the node whenever a process has ended."""
+
     def start(self, node: str) -> None:
         """Start a new process for `node`, a short name such as `camera`; it must not be running."""
 
@@ -29,9 +32,6 @@ class ProcessHost(Protocol):
 
     def kill(self, node: str) -> None:
         """End the process of `node` at once."""
-
-    def on_exit(self, handler: Callable[[str], None]) -> None:
-        """Call `handler(node)` whenever a process has ended."""
 
 
 class Launcher(Node):
@@ -51,7 +51,7 @@ class Launcher(Node):
         self._shutdown_clients: dict[str, AnyClient] = {
             node: self.create_client(ChangeState, f"{NAMESPACE}/{node}/change_state") for node in nodes
         }
-        host.on_exit(self._on_exit)
+        host.on_exit = self._on_exit
         self.create_service(Redeploy, "~/redeploy", self._redeploy)
 
     def _redeploy(self, request: Redeploy.Request, response: Redeploy.Response) -> Redeploy.Response:

@@ -39,7 +39,6 @@ _GRACE_S: Final = 3.0
 """How long nodes may take to leave the graph when they are ended."""
 _TURN_S: Final = 0.1
 """Longest wait for a process before the next is ended: ending all at once would take the processor from others."""
-_LAST_LINES: Final = 20
 _SIGNALS: Final = {number.value: number.name for number in signal.Signals}  # real-time signals lack names
 
 
@@ -65,7 +64,7 @@ class NodeSpec:
     manager: str | None = None
     """The managing system that `MANAGING_SYSTEM` is, without walls; None for any other node."""
     confined: Mapping[str, Any] | None = None
-    """The confined managing system that `MANAGING_SYSTEM` is, as a `ManagerSpec` in JSON; None for any other node."""
+    """Likewise within walls, as a `ManagerSpec` in JSON."""
     occasion: str = ""
     """The run of a confined managing system, in words."""
     middleware: str = LIVE
@@ -217,15 +216,16 @@ class NodeProcesses:
         environment: Mapping[str, str],
         on_line: Callable[[str, str], object],
     ) -> None:
-        self._specs = dict(specs)
-        self._environment = dict(environment)
+        self._specs = specs
+        self._environment = environment
         self._on_line = on_line
         self._server: ForkServer = node_server()
         self._running: dict[str, Process] = {}
         self._ended: dict[str, int | None] = {}
         self._lines: dict[str, deque[str]] = {}
         self._readers: dict[str, threading.Thread] = {}
-        self._handlers: list[Callable[[str], None]] = []
+        self.on_exit: Callable[[str], object] = lambda _: None
+        """Called with the node, during `poll`, whenever a process has ended."""
 
     def start(self, node: str) -> None:
         """Start a new process for `node`.
@@ -239,8 +239,7 @@ class NodeProcesses:
         process = self._server.start(task, grace_s=_GRACE_S)
         self._ended.pop(node, None)
         self._running[node] = process
-        lines: deque[str] = deque(maxlen=_LAST_LINES)
-        self._lines[node] = lines
+        self._lines[node] = lines = deque[str](maxlen=1)
         reader = threading.Thread(target=self._read, args=(node, process.take_output(), lines), daemon=True)
         self._readers[node] = reader
         reader.start()
@@ -271,17 +270,12 @@ class NodeProcesses:
         """End the process of `node` at once."""
         self._running[node].kill()
 
-    def on_exit(self, handler: Callable[[str], None]) -> None:
-        """Call `handler(node)`, during `poll`, whenever a process has ended."""
-        self._handlers.append(handler)
-
     def poll(self) -> None:
         """Note the processes that have ended."""
         for node, process in list(self._running.items()):
             if process.ended:
                 self._note_end(node)
-                for handler in self._handlers:
-                    handler(node)
+                self.on_exit(node)
 
     def end_of(self, node: str) -> str:
         """Return how the last process of `node` ended, in words; empty while it runs."""

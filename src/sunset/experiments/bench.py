@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import as_completed
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final, TypeVar
@@ -119,8 +118,7 @@ def bench(
         orders = [(run, run_folder(out, run), known(run.manager_name)) for run in wanted]
         todo = [order for order in orders if not _is_done(order[1])]
         done = len(wanted) - len(todo)
-        counts = _run_all(todo, min(jobs or (1 if spec.settings.live else processors()), len(todo)))
-        for count in chain([0], counts):
+        for count in _run_all(todo, min(jobs or (1 if spec.settings.live else processors()), len(todo))):
             if progress is not None:
                 progress(done + count, len(wanted))
     return len(todo)
@@ -170,7 +168,8 @@ def _is_done(folder: Path) -> bool:
 
 
 def _run_all(todo: Sequence[_Order], jobs: int) -> Iterator[int]:
-    """Do all runs, in this process for a single job; yield how many are finished, after each."""
+    """Do all runs, in this process for a single job; yield how many are finished, first 0 and then after each."""
+    yield 0
     if jobs <= 1:
         for count, order in enumerate(todo, 1):
             run_of_campaign(*order)

@@ -126,12 +126,7 @@ def in_turn(runs: Iterable[RunSpec]) -> list[RunSpec]:
 
 def flights_of(runs: Sequence[RunSpec]) -> list[RunSpec]:
     """Return the first run on each flight."""
-    return list({flight_key(run): run for run in reversed(runs)}.values())[::-1]
-
-
-def flight_key(run: RunSpec) -> tuple[object, ...]:
-    """Return a key that runs on the same flight share."""
-    return run.flight, flight_plan(run)
+    return list({(run.flight, flight_plan(run)): run for run in reversed(runs)}.values())[::-1]
 
 
 def _chosen(spec: BenchSpec) -> tuple[tuple[Scenario, ...], int]:

@@ -100,12 +100,9 @@ class FrameCount:
 
     def losses(self, start_ns: int, timeline: Timeline, timing: RunTiming) -> tuple[int, int]:
         """Return how many frames were due before the system was disturbed, and how many of them were lost."""
-        outages = [
-            injection.time
-            for injection in timeline.injections
-            if injection.failure in current_system().outages
-        ]
-        disturbed = [command.time for command in timeline.commands] + outages
+        failures, outages = timeline.injections, current_system().outages
+        disturbed = [command.time for command in timeline.commands]
+        disturbed += [injection.time for injection in failures if injection.failure in outages]
         if self.disturbed_ns is not None:
             disturbed.append((self.disturbed_ns - start_ns) / _S)
         until_ns = start_ns + round((min(disturbed, default=timing.duration_s) - _ON_ITS_WAY_S) * _S)

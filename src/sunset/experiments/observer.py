@@ -91,12 +91,7 @@ class Observer(Tap):
     """
 
     def __init__(
-        self,
-        sink: Sink,
-        *,
-        shown: Collection[str] = (),
-        viewers: Collection[str] = (),
-        task: str = REPAIR,
+        self, sink: Sink, *, shown: Collection[str] = (), viewers: Collection[str] = (), task: str = REPAIR
     ) -> None:
         self._task = task
         self._sink = sink

@@ -111,17 +111,7 @@ class Occurrence:
     @property
     def is_away(self) -> bool:
         """Whether it comes and goes, and has gone for a while."""
-        return self.has_left and not self.over
-
-    @property
-    def has_left(self) -> bool:
-        """Whether it has been there, and is not."""
-        return self.begun and not self.coming and not self.there
-
-    @property
-    def is_due(self) -> bool:
-        """Whether it has not come yet, and its injection was not ordered."""
-        return not self.begun and not self.coming
+        return self.begun and not (self.coming or self.there or self.over)
 
     @property
     def is_cured_by_restart(self) -> bool:

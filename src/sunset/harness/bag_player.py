@@ -64,18 +64,28 @@ class BagPlayer(Node):
         self.create_service(Trigger, "~/start", self._on_start)
 
     def _declare_parameters(self) -> None:
-        whole = [IntegerRange(from_value=0, to_value=2**31 - 1)]
-        rate = [FloatingPointRange(from_value=0.1, to_value=1000.0)]
-        phase = [FloatingPointRange(from_value=0.0, to_value=60.0)]
         self._declare("bag", "", "a rosbag2 folder or file")
-        self._declare("start_frame", 0, "first frame that is played", integer_range=whole)
-        self._declare("frames", 0, "how many frames are played; 0 for all that follow", integer_range=whole)
+        self._declare("start_frame", 0, "first frame that is played", whole=2**31 - 1)
+        self._declare("frames", 0, "how many frames are played; 0 for all that follow", whole=2**31 - 1)
         self._declare("loop", False, "whether the bag's first frame follows its last")
-        self._declare("rate", 10.0, "frames per second", floating_point_range=rate)
-        self._declare("phase", 0.0, "seconds to the first frame", floating_point_range=phase)
+        self._declare("rate", 10.0, "frames per second", least=0.1, most=1000.0)
+        self._declare("phase", 0.0, "seconds to the first frame", most=60.0)
 
-    def _declare(self, name: str, default: float | str, description: str, **limits: Any) -> None:
-        descriptor = ParameterDescriptor(name=name, description=description, read_only=True, **limits)
+    def _declare(
+        self,
+        name: str,
+        default: float | str,
+        text: str,
+        *,
+        whole: int = 0,
+        least: float = 0.0,
+        most: float = 0.0,
+    ) -> None:
+        descriptor = ParameterDescriptor(name=name, description=text, read_only=True)
+        if whole:
+            descriptor.integer_range = [IntegerRange(from_value=0, to_value=whole)]
+        if most:
+            descriptor.floating_point_range = [FloatingPointRange(from_value=least, to_value=most)]
         self.declare_parameter(name, default, descriptor)
 
     def _value(self, name: str) -> Any:
@@ -173,11 +183,9 @@ class LiveBagPlayer(BagPlayer):
 
     def _declare_parameters(self) -> None:
         super()._declare_parameters()
-        size = [IntegerRange(from_value=0, to_value=2**14)]
-        speed = [FloatingPointRange(from_value=0.01, to_value=100.0)]
-        self._declare("width", 0, "width of the frames in pixels; 0 for the bag's", integer_range=size)
-        self._declare("height", 0, "height of the frames in pixels; 0 for the bag's", integer_range=size)
-        self._declare("speed", 1.0, "seconds of /clock in a second", floating_point_range=speed)
+        self._declare("width", 0, "width of the frames in pixels; 0 for the bag's", whole=2**14)
+        self._declare("height", 0, "height of the frames in pixels; 0 for the bag's", whole=2**14)
+        self._declare("speed", 1.0, "seconds of /clock in a second", least=0.01, most=100.0)
         self._declare("origin_ns", 0, "system time at which /clock is 0; 0 for the start of this node")
 
     def _size(self) -> tuple[int, int] | None:

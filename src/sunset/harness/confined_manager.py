@@ -25,14 +25,7 @@ from sunset.harness.manager_process import (
     receive_loaded,
     run_manager,
 )
-from sunset.managing import (
-    MANAGERS,
-    ORACLE,
-    PREFIX,
-    checksum,
-    is_registered,
-    parse_command,
-)
+from sunset.managing import MANAGERS, ORACLE, PREFIX, checksum, is_registered, parse_command
 from sunset.managing.command import Command
 from sunset.managing.sources import manager_code, manager_data
 from sunset.processes.calls import Patience

@@ -287,7 +287,7 @@ class ScenarioExecutor(Node):
             elif occurrence.is_away and occurrence.is_cured_by(parameter, value):
                 self._end(occurrence, done)
         its_own = [each for each in self._of(node) if parameter == each.fault.parameter]
-        if all(occurrence.has_left or occurrence.is_due for occurrence in its_own):
+        if not any(each.coming or each.there for each in its_own):
             # an order from before the cure was seen may take effect after it
             for late in [each for each in its_own if each.grown == value][:1]:
                 self._apply(late, late.removal(), access=True)

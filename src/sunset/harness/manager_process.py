@@ -14,14 +14,7 @@ import msgspec
 
 from sunset.errors import ExtensionError, ManagerError
 from sunset.files.sources import LIBRARIES
-from sunset.managing import (
-    KnownScenario,
-    ManagingSystem,
-    Oracle,
-    Program,
-    is_registered,
-    load_manager,
-)
+from sunset.managing import KnownScenario, ManagingSystem, Oracle, Program, is_registered, load_manager
 from sunset.system import load_extension
 from sunset.system.vocabulary import Value
 from sunset.texts.sentences import described_error, line_text

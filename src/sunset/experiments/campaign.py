@@ -156,10 +156,7 @@ def describe_campaign(
 ) -> CampaignPlan:
     """Return a campaign's plan as it is stored: everything its results may depend on, by name and by content.
 
-    Args:
-        spec: the campaign.
-        runs: all of it.
-        prepared: the first run on each flight, and its resources.
+    `prepared` has the first run on each flight, and its resources.
     """
     own = [resources for _, resources in prepared if not resources.of_flight]
     resources = own[0] if own else prepared[0][1]

@@ -105,19 +105,15 @@ class LiveSystem:
             stack.enter_context(live.sole_system(self.domain_id))
             parameters = self._parameters(resources)
             stack.enter_context(deployment(self.domain_id, parameters, resources.scenario.to_yaml()))
-            self.context = self._context()
+            self.context = Context()
+            words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
+            self.context.init(words, middleware=middleware, log_to_stderr=False)
             specs = self._specs(resources, network=network, distro=distro)
             self.processes = NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             stack.callback(self.processes.close)
             self.executor = SingleThreadedExecutor(context=self.context)
             self._start(specs)
             self._stack = stack.pop_all()
-
-    def _context(self) -> Context:
-        context = Context()
-        words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
-        context.init(words, middleware=self._middleware, log_to_stderr=False)
-        return context
 
     def _start(self, nodes: Iterable[str]) -> None:
         """Start the launcher in this process, and all nodes in processes of their own."""

@@ -48,14 +48,7 @@ def checksum_and_versions(manager: str, settings: Settings) -> tuple[str, dict[s
 def isolate(
     spec: RunSpec, function: Callable[[Watch], _Result], *, kept: Collection[int], nodes: Collection[str] = ()
 ) -> _Result:
-    """Call a function in which a run takes place in a process of its own, and return its result.
-
-    Args:
-        spec: the run.
-        function: as of `call_isolated`.
-        kept: the open files that it needs.
-        nodes: nodes whose code may be an extension's.
-    """
+    """Call a function in which a run takes place as `call_isolated` does; the code of `nodes` may be an extension's."""
     try:
         return call_isolated(function, limit_s=spec.settings.manager_limit_s + _STILL_S, kept=kept)
     except ProcessDeath as death:
@@ -81,12 +74,8 @@ def bring_up_timeout_error(
 ) -> SunsetError:
     """Return the error for nodes that are not all active in time.
 
-    Args:
-        spec: the run.
-        limit_s: time limit [s].
-        missing: node → its state, for each node that is not active.
-        commands: how many requests of the managing system they had meanwhile.
-        disturbed: whether the process of a managed node has ended in order, as if shut down through its lifecycle.
+    `missing` has the state of each such node, and `commands` is the number of requests that the managing system sent
+    meanwhile. `disturbed` says whether a node's process has ended in order, as if shut down through its lifecycle.
     """
     states = ", ".join(f"{node} is {state}" for node, state in missing.items())
     hint = (

@@ -214,11 +214,9 @@ def _find_flights(specs: Sequence[RunSpec], progress: Stages | None) -> list[Pat
     """Return the bags of runs; missing flights are rendered, and all are verified once a process."""
     plans = [flight_plan(spec) for spec in specs]
     places = {flight_place(plan): plan for plan in plans if plan is not None}
-    unknown = {
-        place: plan for place, plan in places.items() if not (place in _verified_flights and place.exists())
-    }
+    unknown = [place for place in places if not (place in _verified_flights and place.exists())]
     rendering = None if progress is None else partial(progress, RENDERING)
-    flight_bags(list(unknown.values()), progress=rendering)
+    flight_bags([places[place] for place in unknown], progress=rendering)
     _verified_flights.update(unknown)
     return [
         cast("Path", spec.flight.bag) if plan is None else flight_place(plan)

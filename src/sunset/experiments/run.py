@@ -95,14 +95,8 @@ def run_prepared(
 ) -> StoredRun:
     """Run an experiment with the resources of `prepare`, its extensions loaded; as `run`.
 
-    Args:
-        spec: the run.
-        resources: the result of `prepare`.
-        folder: the record's folder.
-        log: as of `run`.
-        known: the checksum that the managing system's files must have; None for any.
-        wanted: whether images of a topic are kept, where any are; None for all.
-        played: commands of a record, which are played back; in the simulation.
+    The managing system's files must have the checksum `known`, if any. Where images are kept, `wanted` says of which
+    topics, if not of all. In the simulation, the commands `played` of a record are played back.
     """
     described = _describe(spec, resources)
     with RecordWriter(folder, images=spec.settings.images, wanted=wanted) as writer:
@@ -170,13 +164,9 @@ def record_failure(
 
 
 def run_of_campaign(spec: RunSpec, folder: Path, known: str | None) -> None:
-    """Load the extensions and prepare the resources of a run, and do it as `record_run`."""
-    spec.load_extensions()
-    record_run(spec, prepare(spec), folder, known)
-
-
-def record_run(spec: RunSpec, resources: Resources, folder: Path, known: str | None) -> None:
     """Do a run; if its managing system, or a node of an extension, fails, write a record of the failure."""
+    spec.load_extensions()
+    resources = prepare(spec)
     try:
         run_prepared(spec, resources, folder, known=known)
     except (ManagerError, MiddlewareError, ExtensionError) as error:

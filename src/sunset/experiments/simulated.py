@@ -59,10 +59,7 @@ _LAUNCH_NS = _S
 class SimulatedProcesses:
     """Processes of nodes in a simulation; a `ProcessHost`.
 
-    Args:
-        simulation: the simulation.
-        factories: node → its factory.
-        around: node → a wrapper that calls its callbacks, if the simulation does not call them directly.
+    `around` has wrappers that call the callbacks of nodes which the simulation does not call directly.
     """
 
     def __init__(

@@ -40,12 +40,7 @@ class Answer:
 
 
 class Injector:
-    """Sets parameters and changes the states of managed nodes for the scenario executor.
-
-    Args:
-        node: the scenario executor.
-        targets: short names of the nodes that injections may concern.
-    """
+    """Sets parameters and changes the states of managed nodes, of which `targets` are the names, for the executor."""
 
     def __init__(self, node: Node, targets: Iterable[str]) -> None:
         self._node = node

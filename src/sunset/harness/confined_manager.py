@@ -108,11 +108,7 @@ class ManagerProcess:
         return dict(pair for module in self.loaded.modules for pair in _versions(module))
 
     def describe(self, failure: PipeError, consequence: str) -> str:
-        """Return in a sentence how it has failed, and end it.
-
-        Args:
-            failure: the error of the pipe.
-            consequence: of the failure for the managing system, such as `cannot be loaded`.
+        """Return in a sentence how it has failed, with the consequence, such as `cannot be loaded`, and end it.
 
         Raises:
             SunsetError: the process of one of SUNSET's managing systems has ended, so the computer must be the reason.
@@ -237,10 +233,7 @@ def _view(manager: str) -> View:
 def _check_shown(manager: str, places: Iterable[Path], files: Iterable[Path]) -> None:
     """Refuse a managing system that would see how its decisions are measured.
 
-    Args:
-        manager: its name.
-        places: the files and folders that its process may read, besides installed packages.
-        files: the data files among them and in its folders.
+    Its process may read `places`, besides installed packages; `files` are the data files among them and in its folders.
     """
     cache = cache_folder().resolve()
 

@@ -33,10 +33,8 @@ def deployment(
 ) -> Iterator[None]:
     """Give nodes of a domain, whose only system this is, their parameters while the context lasts.
 
-    Args:
-        domain_id: the domain.
-        parameters: pattern of full node names, such as `/managed_subsystem/camera` or `/**` → name → value.
-        scenario: as YAML, for `deployed_scenario`.
+    The keys of `parameters` are patterns of full node names, such as `/managed_subsystem/camera` or `/**`. The scenario
+    is YAML.
 
     Raises:
         OutputError: the file cannot be written.

@@ -202,12 +202,9 @@ def _run_specified(fields: Mapping[str, Any]) -> int:
 class NodeProcesses:
     """Runs nodes, each in a process that is forked from a server; a `ProcessHost`.
 
-    All of them end with this process, however it ends. Processes that a node has started end with the node.
-
-    Args:
-        specs: process → the node that it runs.
-        environment: variables for all of them, besides this process's own.
-        on_line: called, on other threads, with a node and a line that it printed.
+    All of them end with this process, however it ends. Processes that a node has started end with the node. They have
+    the variables of `environment` besides this process's own. `on_line` is called, on other threads, with a node and a
+    line that it printed.
     """
 
     def __init__(

@@ -35,13 +35,9 @@ class NodeStatus:
 
 
 class Operator(Conductor):
-    """Starts the flight when the managed system is up, and after the warm-up injects a scenario's faults.
+    """Starts the flight when the managed system is up, and if `inject`, injects a scenario's faults after the warm-up.
 
-    Args:
-        inject: whether there is a scenario.
-        warm_up_s: time from the start of the flight to the injection.
-        invites: whether `news` says when to start a managing system.
-        context: the context of the process; the default one if None.
+    If it `invites`, `news` says when to start a managing system.
     """
 
     def __init__(

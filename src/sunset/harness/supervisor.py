@@ -106,10 +106,8 @@ class Supervisor(Conductor):
         """The managed nodes that differ from their description, and their states."""
         states = {node: (self._state_of(node), initial) for node, initial in self._initial_states.items()}
         missing = {node: state for node, (state, initial) in states.items() if state != initial}
-        return missing or self._miswired()
-
-    def _miswired(self) -> dict[str, str]:
-        """Return the active nodes whose inputs or outputs differ from the system's description, and the difference."""
+        if missing:
+            return missing
         active = [node for node, state in self._initial_states.items() if state == "active"]
         differences = {node: self._difference(node) for node in active}
         return {node: f"active, but {difference}" for node, difference in differences.items() if difference}

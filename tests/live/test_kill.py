@@ -22,7 +22,7 @@ from tests.live.systems import (
     fork_server,
 )
 
-from sunset.recording import read_run, read_timeline
+from sunset.recording import read_timeline
 
 pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 
@@ -67,7 +67,6 @@ def test_the_baseline_redeploys_whatever_does_not_send_any_more(tmp_path: Path) 
             tool.node.context.try_shutdown()
     assert process.returncode == 0, complaint
     assert not any(exists(pid) for pid in first.values())
-    assert read_run(out).computer_kept_up is True, "so that it counts as a bad run of the managing system's"
     redeployed = {
         one.node for one in read_timeline(out).commands if one.kind == "redeploy" and one.successful
     }

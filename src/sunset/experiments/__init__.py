@@ -13,7 +13,6 @@ from sunset.experiments.campaign import (
 from sunset.experiments.checking import ManagerCheck, check_manager
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import (
-    Resources,
     inference_file,
     missing_networks,
     model_checksum,
@@ -33,7 +32,6 @@ __all__ = [
     "BenchSpec",
     "ManagerCheck",
     "Options",
-    "Resources",
     "RunSpec",
     "RunTiming",
     "Settings",

@@ -63,8 +63,12 @@ def run_again(
             "names: read it, and say trust=True, or name it with manager."
         )
     spec, resources = _prepared(folder, stored, manager or name, model, bag, images=images)
-    if is_program and stored.manager_checksum and not is_registered(spec.manager):
-        _check_sources(stored, spec.manager, folder)
+    has_source = is_program and stored.manager_checksum and not is_registered(spec.manager)
+    if has_source and stored.manager_checksum != checksum(spec.manager):
+        raise RecordError(
+            f"The run in {folder} was made with other source than {shown(spec.manager)} has now: restore it, or say "
+            "with manager where it is."
+        )
     again = run_prepared(spec, resources, into)
     if again.digest != stored.digest:
         causes = ", ".join(_differences(stored, again.record)) or "the record itself"
@@ -74,14 +78,6 @@ def run_again(
             "it was made with, or make a new record."
         )
     return again
-
-
-def _check_sources(stored: RunRecord, manager: str, folder: Path) -> None:
-    if stored.manager_checksum != checksum(manager):
-        raise RecordError(
-            f"The run in {folder} was made with other source than {shown(manager)} has now: restore it, or say with "
-            "manager where it is."
-        )
 
 
 def play_back(

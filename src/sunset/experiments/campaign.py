@@ -166,7 +166,7 @@ def describe_campaign(
     return CampaignPlan(
         plan_version=PLAN_VERSION,
         scenarios=tuple(scenario.name for scenario in _chosen(spec)[0]) if spec.scenarios else (),
-        scenarios_checksum=scenarios_checksum(runs),
+        scenarios_checksum=hashlib.sha256(repr([run.scenario for run in runs]).encode()).hexdigest(),
         split=split_hash(spec.suite),
         manager_checksums={name: manager_checksum(manager, settings) for name, manager in managers.items()},
         runs=len(runs),
@@ -204,8 +204,3 @@ def _flight_facts(prepared: Sequence[tuple[RunSpec, Resources]]) -> dict[str, St
             warning=resources.warning,
         )
     return facts
-
-
-def scenarios_checksum(runs: Sequence[RunSpec]) -> str:
-    """Return the SHA-256 of the scenarios of a campaign's runs, in hexadecimal."""
-    return hashlib.sha256(repr([run.scenario for run in runs]).encode()).hexdigest()

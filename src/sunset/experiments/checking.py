@@ -99,11 +99,11 @@ def check_manager(
     manager_checksum(spec.manager, spec.settings)  # a mistake in it is reported at once
     prepare_runs([spec], preparing)
     is_own, results = is_registered(spec.manager), []
+    show = progress or (lambda _done, _all: None)
     with tempfile.TemporaryDirectory(prefix="sunset-") as name:
         folders = [Path(name) / "1", Path(name) / "2"]
         for done, folder in enumerate(folders):
-            if progress is not None:
-                progress(done, 2)
+            show(done, 2)
             if is_own:
                 results.append(run(spec, folder, log=not done))
                 continue
@@ -111,8 +111,7 @@ def check_manager(
                 results.append(pool.submit(run, spec, folder, log=not done).result())
         difference = first_difference(*folders)
         messages = [recorded.message for recorded in read_messages(folders[0], [COMMANDS_TOPIC])]
-        if progress is not None:
-            progress(2, 2)
+        show(2, 2)
     commands = [message for message in messages if isinstance(message, Command)]
     refusals = Counter(command.reason for command in commands if not command.successful)
     return ManagerCheck(

@@ -122,9 +122,13 @@ class LiveSystem:
         self.executor.add_node(self._launcher)
         managed = current_system().nodes.values()
         sensors = [node.name for node in managed if {*node.inputs} & {*SENSOR_TOPICS}]
+
+        def is_heard(node: str) -> bool:
+            return any(name == node for name, _ in self._middleware.nodes())
+
         for name in sorted(nodes, key=lambda name: name not in {*_FIRST, *sensors}):
             self.processes.start(name)
-            self.spin_until(partial(self._is_heard, name), _TURN_S)
+            self.spin_until(partial(is_heard, name), _TURN_S)
         self.essential = tuple(name for name in nodes if name not in {*self._managed, MANAGER_PROCESS})
         """The nodes that the experiment needs to the end."""
 
@@ -149,9 +153,6 @@ class LiveSystem:
                 "has left, or choose another domain."
             )
 
-    def _is_heard(self, node: str) -> bool:
-        return any(name == node for name, _ in self._middleware.nodes())
-
     def _specs(self, resources: Resources, *, network: bool, distro: str | None) -> dict[str, NodeSpec]:
         spec = self._spec
         spec_of = partial(NodeSpec, middleware=spec.settings.middleware, network=network, distro=distro)
@@ -161,7 +162,7 @@ class LiveSystem:
         faults = [fault.name for fault in spec.scenario.faults]
         specs = {name: spec_of(node=name, faults=faults) for name in names}
         if spec.manager != EXTERNAL:
-            manager = manager_spec_of(spec, resources, {"use_sim_time": True}, log=True)
+            manager = manager_spec_of(spec, resources, log=True)
             specs[MANAGER_PROCESS] = spec_of(
                 node=MANAGING_SYSTEM,
                 confined=to_builtins(manager),

@@ -81,21 +81,18 @@ class FrameCount:
         late_s = max((time - shown for time, shown in self.clock if shown >= start_ns), default=0) / _S
         if late_s > timing.period_s:
             return f"the computer was too slow to observe it: times are wrong by up to {late_s:.2f} s"
-        late = self._late_flight(timing)
-        if late:
-            return f"the computer was too slow for the flight: {late}"
+        times, planned = sorted(self.taken.values()), timing.least_frames
+        if planned - len(times) > _tolerated(planned):
+            return f"the computer was too slow for the flight: {len(times)} of {planned} frames were played"
+        gap_s = max((after - before for before, after in pairwise(times)), default=0) / _S
+        if gap_s > _LATE * timing.period_s:
+            return (
+                f"the computer was too slow for the flight: by /clock, {gap_s:.2f} s passed between two frames in "
+                f"place of {timing.period_s:g} s"
+            )
         due, lost = self.losses(start_ns, timeline, timing)
         if lost > _tolerated(due):
             return f"the computer was too slow: {lost} of {due} frames were lost before anything was wrong"
-        return ""
-
-    def _late_flight(self, timing: RunTiming) -> str:
-        times = sorted(self.taken.values())
-        if timing.least_frames - len(times) > _tolerated(timing.least_frames):
-            return f"{len(times)} of {timing.least_frames} frames were played"
-        gap_s = max((after - before for before, after in pairwise(times)), default=0) / _S
-        if gap_s > _LATE * timing.period_s:
-            return f"by /clock, {gap_s:.2f} s passed between two frames in place of {timing.period_s:g} s"
         return ""
 
     def losses(self, start_ns: int, timeline: Timeline, timing: RunTiming) -> tuple[int, int]:
@@ -221,16 +218,15 @@ def _readiness(spec: RunSpec, watch: LiveWatch, system: LiveSystem) -> Callable[
     """Return a predicate: the observer and the managing system are ready."""
     if spec.manager != EXTERNAL:
         return lambda: watch.is_ready
-    invitations = iter(
-        [f"The system is up; start your managing system now: any node in domain {system.domain_id}."]
-    )
+    invitation = f"The system is up; start your managing system now: any node in domain {system.domain_id}."
+    invitations = iter([invitation])
 
     def is_there() -> bool:
         nodes = system.context.middleware.nodes()
         if any(qualified_name(namespace, name) in watch.strangers for name, namespace in nodes):
             return True
-        for invitation in invitations:
-            print(invitation, file=sys.stderr)  # noqa: T201
+        for text in invitations:
+            print(text, file=sys.stderr)  # noqa: T201
         return False
 
     return lambda: watch.is_ready and is_there()

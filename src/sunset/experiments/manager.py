@@ -142,15 +142,14 @@ def manager_parameters(spec: RunSpec, resources: Resources) -> Parameters:
     return parameters | ({"thinking": spec.settings.thinking_s} if spec.settings.thinking_s else {})
 
 
-def manager_spec_of(
-    spec: RunSpec, resources: Resources, parameters: Parameters | None = None, *, log: bool
-) -> ManagerSpec:
-    """Return a run's managing system, with parameters besides `manager_parameters`."""
+def manager_spec_of(spec: RunSpec, resources: Resources, *, log: bool) -> ManagerSpec:
+    """Return a run's managing system, whose log goes to stderr, too, if `log` is true."""
+    clock: Parameters = {"use_sim_time": True} if spec.settings.live else {}
     return ManagerSpec(
         manager=spec.manager,
         limit_s=spec.settings.manager_limit_s,
         variables=spec.settings.manager_env,
-        parameters=(parameters or {}) | manager_parameters(spec, resources),
+        parameters=clock | manager_parameters(spec, resources),
         log=log,
         live=spec.settings.live,
         scenario=_known_scenario(spec, resources),

@@ -56,7 +56,6 @@ _TOPICS_OF_ALL: Final = frozenset({DIAGNOSTICS_TOPIC, *PARAMETER_TOPICS, ROSOUT}
 _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.off_limits)
 """Nodes that a managing system must not call."""
 
-_ORACLE_NODE: Final = f"/{Oracle.node_name}"
 _OUTCOMES: Final = {outcome.to_label() for outcome in TransitionCallbackReturn}
 _REQUESTS: Final = [step for step in TRANSITIONS if step.label not in _OUTCOMES]
 _LABELS: Final = {step.id: step.label for step in _REQUESTS}
@@ -81,13 +80,11 @@ class Sink(Protocol):
 
 
 class Observer(Tap):
-    """Writes all messages to a sink, and turns requests to the managed system into commands.
+    """Writes all messages to a sink as they leave their publishers, and turns requests to managed nodes into commands.
 
-    Args:
-        sink: gets every message, in the order in which it left its publisher.
-        shown: topics with the truth that the node of the managing system may read; others must not.
-        viewers: full names of nodes that may subscribe to everything, but not publish or call.
-        task: the managing system's; adaptations break a rule if it is to diagnose.
+    The managing system's node may read the topics with the truth that are `shown`; others must not. `viewers` are full
+    names of nodes that may subscribe to everything, but not publish or call. Adaptations break a rule if the task is to
+    diagnose.
     """
 
     def __init__(
@@ -149,7 +146,7 @@ class Observer(Tap):
             return
         if subscribes and name in {*self._system.publishers, *HARNESS["image_views"].outputs}:
             self.evidence = "images"
-        is_shown = node == _ORACLE_NODE and name in self._shown
+        is_shown = node == f"/{Oracle.node_name}" and name in self._shown
         if subscribes and name in OFF_LIMITS_TOPICS and not is_shown:
             self.note(f"{node} subscribes to {name}, which carries the truth")
         if kind is EndpointKind.SERVICE and name.startswith(self._own_services):

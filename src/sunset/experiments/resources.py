@@ -38,8 +38,6 @@ from sunset.texts.sentences import listed
 _OPEN_BAGS: Final = 16
 """How many bags are kept open: those of a panel, and some more."""
 
-MEASURING: Final = "Measuring the flight"
-
 _log: Final = logging.getLogger(__name__)
 
 
@@ -156,7 +154,7 @@ def _with_thresholds(
 
     def measuring(done: int, _: int) -> None:
         if progress is not None:
-            progress(MEASURING, before + done, total)
+            progress("Measuring the flight", before + done, total)
 
     model, thresholds = fit_to_flight(
         resources.model,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import onnxruntime
 from msgspec import UNSET, UnsetType
@@ -24,7 +24,7 @@ from sunset.experiments.manager import (
 )
 from sunset.experiments.observer import Observer, shown_topics
 from sunset.experiments.resources import Resources, flight_name, prepare, prepare_runs, warn_of_walls
-from sunset.experiments.settings import STORED, Settings
+from sunset.experiments.settings import STORED
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec, stored_faults
 from sunset.files.sources import package_version
@@ -116,7 +116,10 @@ def run_prepared(
             described = replace(described, computer_kept_up=not slowness, frames_lost=lost)
         record = replace(
             described,
-            **outcome.fields,
+            manager_checksum=outcome.checksum,
+            manager_versions=outcome.imported or UNSET,
+            manager_failed=outcome.failure or None,
+            evidence=outcome.evidence,
             start_ns=outcome.start_ns,
             metrics=figures.to_json(),
             fault_outcomes=figures.outcomes,
@@ -199,28 +202,16 @@ def keep_last_run(record: Path) -> Path:
 class _Outcome:
     """The results of a run besides its messages.
 
-    Attributes:
-        start_ns: the time of the injection, nanoseconds of the experiment's clock.
-        violations: the rules that the managing system broke, in words.
-        fields: of the record, about the managing system.
-        shortfall: live, returns why the computer could not keep up, or nothing, and how many frames it lost.
+    Live, `shortfall` returns why the computer could not keep up, or nothing, and how many frames it lost.
     """
 
     start_ns: int
+    failure: str
+    evidence: Evidence
     violations: Sequence[str]
-    fields: Mapping[str, object]
+    checksum: str
+    imported: Mapping[str, str]
     shortfall: Callable[[Timeline], tuple[str, int]] | None = None
-
-
-def _manager_fields(
-    checksum: str, versions: Mapping[str, str], failure: str, evidence: Evidence
-) -> dict[str, object]:
-    return {
-        "manager_checksum": checksum,
-        "manager_versions": versions or UNSET,
-        "manager_failed": failure or None,
-        "evidence": evidence,
-    }
 
 
 def _run_simulated(
@@ -247,13 +238,10 @@ def _run_simulated(
         checksum = manager.checksum()
         _check_same(spec.manager, checksum, known)
         nodes = current_system().nodes if spec.extensions else ()
-        start_ns, failure, evidence, violations = isolate(
-            spec, run_isolated, kept=manager.process.descriptors, nodes=nodes
-        )
+        outcome = isolate(spec, run_isolated, kept=manager.process.descriptors, nodes=nodes)
         _check_same(spec.manager, manager.checksum(), checksum)
     writer.take_over()
-    versions = manager.imported_versions()
-    return _Outcome(start_ns, violations, _manager_fields(checksum, versions, failure, evidence))
+    return _Outcome(*outcome, checksum, manager.imported_versions())
 
 
 def _run_live(
@@ -272,8 +260,7 @@ def _run_live(
         times = (start_ns, timeline, spec.timing)
         return watch.frames.shortfall(*times), watch.frames.losses(*times)[1]
 
-    fields = _manager_fields(checksum, imported, failure, watch.evidence)
-    return _Outcome(start_ns, watch.violations, fields, shortfall)
+    return _Outcome(start_ns, failure, watch.evidence, watch.violations, checksum, imported, shortfall)
 
 
 def _check_same(manager: str, checksum: str, known: str | None) -> None:
@@ -285,8 +272,8 @@ def _check_same(manager: str, checksum: str, known: str | None) -> None:
 
 def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
     """Return the record of a run before it has a result: its full specification, without paths and wall clock."""
-    settings, card = spec.settings, resources.model.card
-    return RunRecord(
+    settings, card, timing, live = spec.settings, resources.model.card, spec.timing, spec.settings.live
+    described = RunRecord(
         scenario=spec.scenario.name,
         faults=stored_faults(resources.scenario, spec.scenario),
         suite=spec.suite,
@@ -299,54 +286,42 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         model=card.name,
         model_checksums={str(modality): network.digest for modality, network in card.networks.items()},
         device=resources.segmenter.device,
+        middleware=settings.middleware,
+        compute_s=UNSET if live else dict(current_system().compute_s),
+        jitter=UNSET if live else timing.jitter,
+        latency_s=UNSET if live else timing.latency_s,
+        speed=settings.speed if live else UNSET,
+        viewers=list(settings.viewers) or UNSET,
+        warm_up_s=timing.warm_up_s,
+        duration_s=timing.duration_s,
+        period_s=timing.period_s,
+        expected_frames=timing.expected_frames,
         entropy_threshold=card.entropy_threshold,
         sharpness_threshold=card.sharpness_threshold,
         extensions={extension.name: extension.checksum for extension in spec.extensions} or UNSET,
-        versions=versions() | (live_middleware(settings.middleware).versions() if settings.live else {}),
+        versions=versions() | (live_middleware(settings.middleware).versions() if live else {}),
         metrics={},
         valid=True,
         reason="",
-        **_settings_fields(settings),
-        **_flight_fields(spec, resources),
-        **_timing_fields(spec),
     )
+    stored = {name: getattr(settings, name) or UNSET for name in STORED}
+    return replace(_with_flight(described, spec, resources), **stored)
 
 
-def _settings_fields(settings: Settings) -> dict[str, Any]:
-    return {
-        "middleware": settings.middleware,
-        "speed": settings.speed if settings.live else UNSET,
-        "viewers": list(settings.viewers) or UNSET,
-        **{name: getattr(settings, name) or UNSET for name in STORED},
-    }
-
-
-def _flight_fields(spec: RunSpec, resources: Resources) -> dict[str, Any]:
+def _with_flight(described: RunRecord, spec: RunSpec, resources: Resources) -> RunRecord:
     bag = resources.bag
-    return {
-        "flight": flight_name(spec),
-        "flight_conditions": (not spec.flight.bag and spec.flight.conditions()) or UNSET,
-        "flight_warning": resources.warning or UNSET,
-        "bag_frames": len(bag),
-        "bag_checksum": resources.bag_checksum,
-        "bag_looped": spec.settings.loop,
-        "bag_size": list(bag.recorded_size),
-        "bag_dropped": sum(bag.dropped.values()),
-        "frame_size": list(bag.size),
-    }
-
-
-def _timing_fields(spec: RunSpec) -> dict[str, Any]:
-    timing, live = spec.timing, spec.settings.live
-    return {
-        "compute_s": UNSET if live else dict(current_system().compute_s),
-        "jitter": UNSET if live else timing.jitter,
-        "latency_s": UNSET if live else timing.latency_s,
-        "warm_up_s": timing.warm_up_s,
-        "duration_s": timing.duration_s,
-        "period_s": timing.period_s,
-        "expected_frames": timing.expected_frames,
-    }
+    return replace(
+        described,
+        flight=flight_name(spec),
+        flight_conditions=(not spec.flight.bag and spec.flight.conditions()) or UNSET,
+        flight_warning=resources.warning or UNSET,
+        bag_frames=len(bag),
+        bag_checksum=resources.bag_checksum,
+        bag_looped=spec.settings.loop,
+        bag_size=list(bag.recorded_size),
+        bag_dropped=sum(bag.dropped.values()),
+        frame_size=list(bag.size),
+    )
 
 
 def _missing_walls(manager: str) -> tuple[str, ...] | UnsetType:

@@ -48,7 +48,6 @@ from sunset_ros.seeding import generator
 
 NodeFactory = Callable[[Context], Node]
 Around = Callable[[Callable[[], None]], None]
-"""Calls a callback."""
 NodeT = TypeVar("NodeT", bound=Node)
 
 _S = 10**9
@@ -56,7 +55,7 @@ _LAUNCH_NS = _S
 """Nodes start within this time, in turn, and the managing system within this time after the last node."""
 
 
-class SimulatedProcesses:
+class _Processes:
     """Processes of nodes in a simulation; a `ProcessHost`.
 
     `around` has wrappers that call the callbacks of nodes which the simulation does not call directly.
@@ -75,17 +74,14 @@ class SimulatedProcesses:
         self.on_exit: Callable[[str], object] = lambda _: None
 
     def start(self, node: str) -> None:
-        """Start a new process for `node`."""
         self._running[node] = process = self._simulation.create_process(node, around=self._around.get(node))
         self._simulation.on_exit(process, lambda _: self._ended(node))
         bring_up(process, self._factories[node])
 
     def is_running(self, node: str) -> bool:
-        """Return whether the process of `node` exists."""
         return node in self._running
 
     def kill(self, node: str) -> None:
-        """End the process of `node` at once."""
         self._simulation.kill(self._running[node])
 
     def _ended(self, node: str) -> None:
@@ -149,7 +145,7 @@ def run_simulated(
     simulation.add_tap(observer)
     simulation.add_tap(_SignOfLife(watch))
     around = {name: partial(watch.call_named, name) for name in system.nodes} if spec.extensions else {}
-    processes = SimulatedProcesses(simulation, _factories(spec, resources, watch), around)
+    processes = _Processes(simulation, _factories(spec, resources, watch), around)
     with _blaming_nodes(spec, watch):
         supervisor = _start_conductors(simulation, processes, spec, resources)
         nodes = (*system.nodes, *SURROUNDING)
@@ -166,7 +162,7 @@ def run_simulated(
 
 
 def _start_conductors(
-    simulation: Simulation, processes: SimulatedProcesses, spec: RunSpec, resources: Resources
+    simulation: Simulation, processes: _Processes, spec: RunSpec, resources: Resources
 ) -> Supervisor:
     """Start the nodes that conduct the experiment, and return the supervisor."""
     timing, nodes = spec.timing, tuple(current_system().nodes)

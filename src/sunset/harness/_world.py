@@ -4,7 +4,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import count
 from math import inf
-from typing import Final
 
 from sunset.scenarios import ScenarioFault
 from sunset.system import (
@@ -21,12 +20,6 @@ from sunset.system import (
     goal_of,
     is_in_place,
 )
-
-_UP: Final = frozenset({"inactive", "active"})
-_FIRST: Final = "use_sim_time"
-"""The parameter that a node declares first."""
-_STEP_S: Final = PERIOD_S
-"""Seconds between two steps of a ramp; frames come as often."""
 
 Change = tuple[float, Value | None]
 """Time in seconds of the measured time, and the strength from then on; None without the fault."""
@@ -65,8 +58,8 @@ def _changes(fault: ScenarioFault, onset_s: float) -> Iterator[Change]:
 
 
 def _growth(full: float, rise_s: float, onset_s: float) -> Iterator[Change]:
-    """Yield the changes of a strength that grows from 0."""
-    steps = max(1, round(rise_s / _STEP_S))
+    """Yield the changes of a strength that grows from 0, as often as frames come."""
+    steps = max(1, round(rise_s / PERIOD_S))
     last: float = 0
     for number in range(1, steps + 1):
         share = full * number / steps
@@ -188,7 +181,7 @@ class World:
     def see_value(self, node: str, parameter: str, value: Value, *, declared: bool) -> bool:
         """Note the value of a parameter; return whether it shows that the process is new."""
         self._values[node, parameter] = comparable_text((node, parameter), value)
-        if not declared or parameter != _FIRST:
+        if not declared or parameter != "use_sim_time":  # which a node declares first
             return False
         self._restart(node)
         self._states[node] = "unconfigured"
@@ -209,7 +202,7 @@ class World:
         if (start, goal) == ("deactivating", "inactive"):  # the node was removed on purpose
             self._lasting.pop(_key(Adaptation(AdaptationKind.ACTIVATE, node)), None)
             return []
-        if goal not in _UP:
+        if goal not in {"inactive", "active"}:
             return []
         return [
             step

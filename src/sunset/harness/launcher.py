@@ -69,15 +69,12 @@ class Launcher(Node):
             self._host.start(node)
             response.message = f"{node} was not running and is started."
         else:
-            self._shut_down(node)
+            # the end of the process cancels the timer
+            self._redeploying[node] = self.create_timer(_GRACE_S, lambda: self._host.kill(node))
+            shutdown = ChangeState.Request(transition=Transition(label="shutdown"))
+            self._shutdown_clients[node].call_async(shutdown)
             response.message = f"{node} is shut down and started again."
         return response
-
-    def _shut_down(self, node: str) -> None:
-        # the end of the process cancels the timer
-        self._redeploying[node] = self.create_timer(_GRACE_S, lambda: self._host.kill(node))
-        request = ChangeState.Request(transition=Transition(label="shutdown"))
-        self._shutdown_clients[node].call_async(request)
 
     def _on_exit(self, node: str) -> None:
         if node in self._redeploying:

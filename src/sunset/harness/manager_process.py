@@ -7,8 +7,9 @@ import socket
 import sys
 import traceback
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
@@ -115,8 +116,8 @@ def run_manager(connection: socket.socket, task: object) -> None:
         context = Context()
         context.init([], middleware=process, log_to_stderr=spec.log, log_once=not spec.live)
         overrides = [Parameter(name, value=value) for name, value in spec.parameters.items()]
-        options: dict[str, Any] = {"scenario": spec.scenario} if manager_class is Oracle else {}
-        manager = manager_class(context=context, parameter_overrides=overrides, **options)
+        make = partial(Oracle, scenario=spec.scenario) if manager_class is Oracle else manager_class
+        manager = make(context=context, parameter_overrides=overrides)
         process.defer(manager.symptoms_subscription.handle)
         SingleThreadedExecutor(context=context).add_node(manager)
 

@@ -19,7 +19,6 @@ from sunset.system import (
 from sunset.system_interfaces.msg import SetBlackboardGroup
 from sunset_ros.interfaces import Message, get_message
 from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset_ros.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset_ros.node import Node
 from sunset_ros.parameter import Parameter
 
@@ -47,7 +46,6 @@ class Monitor(Node):
         self._heartbeats: dict[str, Rate] = {}
         self._states: dict[str, str] = {}
         self._values: dict[str, MovingMean | bool | str] = {}
-        self._shown: dict[str, tuple[object, ParameterMessage]] = {}
         for topic in current_system().topics.values():
             note = partial(self._note, topic.name)
             self.create_subscription(get_message(topic.message_type), full_name(topic.name), note, 10)
@@ -96,13 +94,5 @@ class Monitor(Node):
             texts[state_entry(name)] = self._states[name] if frequency else "unknown"
         numbers |= {key: mean for key, mean in means.items() if mean is not None}
         values: dict[str, object] = {**numbers, **flags, **texts}
-        self._shown = {name: self._entry(name, value) for name, value in values.items()}
-        group = [parameter for _, parameter in self._shown.values()]
+        group = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
         self._blackboard.publish(SetBlackboardGroup(bb_params=group))
-
-    def _entry(self, name: str, value: object) -> tuple[object, ParameterMessage]:
-        """Return an entry and its message, the last message if the value is the same."""
-        known = self._shown.get(name)
-        if known is not None and known[0] == value and type(known[0]) is type(value):
-            return known
-        return value, Parameter(name, value=value).to_parameter_msg()

@@ -34,7 +34,6 @@ from sunset_ros.signals import install_signal_handlers
 MANAGER_FAILED: Final = 3
 """The exit code of a process whose confined managing system has failed; its last line says how."""
 
-_BAD_INPUT: Final = 2
 _GRACE_S: Final = 3.0
 """How long nodes may take to leave the graph when they are ended."""
 _TURN_S: Final = 0.1
@@ -63,7 +62,7 @@ class NodeSpec:
     """One of `node_names`."""
     manager: str | None = None
     """The managing system that `MANAGING_SYSTEM` is, without walls; None for any other node."""
-    confined: Mapping[str, Any] | None = None
+    confined: Mapping[str, object] | None = None
     """Likewise within walls, as a `ManagerSpec` in JSON."""
     occasion: str = ""
     """The run of a confined managing system, in words."""
@@ -111,7 +110,11 @@ def run_node(spec: NodeSpec) -> str:
         context.init(words, middleware=middleware, log_to_stderr=True)
         install_signal_handlers(context=context)
         if node_class is None:
-            return _run_confined(spec, context)
+            from sunset.harness.confined_manager import run_confined  # noqa: PLC0415  no other node needs it
+            from sunset.harness.manager_process import ManagerSpec  # noqa: PLC0415  likewise
+
+            manager = msgspec.convert(spec.confined, ManagerSpec)
+            return run_confined(manager, context, occasion=spec.occasion)
         try:
             node = node_class(context=context)
         except SunsetError:
@@ -131,13 +134,6 @@ def _node_class(spec: NodeSpec) -> Callable[..., Node]:
     from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
 
     return load_manager(spec.manager)
-
-
-def _run_confined(spec: NodeSpec, context: Context) -> str:
-    from sunset.harness.confined_manager import run_confined  # noqa: PLC0415  no other node needs it
-    from sunset.harness.manager_process import ManagerSpec  # noqa: PLC0415  likewise
-
-    return run_confined(msgspec.convert(spec.confined, ManagerSpec), context, occasion=spec.occasion)
 
 
 def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> None:
@@ -191,7 +187,7 @@ def _run_specified(fields: Mapping[str, Any]) -> int:
         if not sentence:
             raise
         print(f"sunset: {sentence}", file=sys.stderr)  # noqa: T201  the last line of a node that could not run
-        return _BAD_INPUT
+        return 2  # as the command line for bad input
     if failure:
         # the last line that the managing system has printed may lack an end
         print(f"\n{failure}", file=sys.stderr)  # noqa: T201  the last line, which the run reads

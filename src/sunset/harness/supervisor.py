@@ -64,14 +64,8 @@ class Phase(Enum):
 class Supervisor(Conductor):
     """Waits until the managed system is up, starts the flight, injects the faults, and ends the experiment.
 
-    It logs `start` (time 0 of the measured time) and `end` on `/experiment/log`.
-
-    Args:
-        scenario: the scenario's name.
-        warm_up_s: healthy operation before the injection.
-        duration_s: the measured time, from the injection on.
-        ready: whether the flight needs to wait no longer.
-        context: the context of the process; None for the default context.
+    It logs `start` (time 0 of the measured time) and `end` on `/experiment/log`. The flight waits until `ready` says
+    that it need not.
     """
 
     def __init__(

@@ -20,7 +20,7 @@ from sunset.data import read_bag, write_bag
 from sunset.errors import InvalidInputError, OutputError, RecordError
 from sunset.evaluation.results import load_results
 from sunset.experiments import BenchSpec, Settings, Timing, bench, in_turn, plan, run_folder
-from sunset.experiments.shards import locked_campaign
+from sunset.experiments.bench import locked_campaign
 from sunset.recording import read_run
 from sunset.scenarios import Scenario
 from sunset.system import extended_system
@@ -383,10 +383,8 @@ def test_labels_must_differ() -> None:
 
 
 def test_labels_must_differ_by_more_than_case() -> None:
-    with pytest.raises(
-        InvalidInputError, match=r"in which file systems may see no difference, got .*/mine/.*/Mine/"
-    ):
-        plan(BenchSpec(suite="nofault", managers=("mine=baseline", "Mine=reactive")))
+    with pytest.raises(InvalidInputError, match="must be named once, got mine, Mine"):
+        BenchSpec(managers=("mine=baseline", "Mine=reactive"))
 
 
 def test_a_run_that_a_failing_computer_has_damaged_is_done_again(
@@ -406,27 +404,6 @@ def test_a_run_that_a_failing_computer_has_damaged_is_done_again(
     assert content_of(tmp_path / "out") == before
     assert "run.json is damaged and cannot be read as JSON" in caplog.text
     assert "It is run again." in caplog.text
-
-
-def test_a_campaign_goes_on_whichever_path_names_its_managing_system(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.py").write_text(MANAGER)
-    spec = BenchSpec(
-        suite="nofault",
-        managers=("mine.py:Mine",),
-        references=False,
-        score=False,
-        repetitions=1,
-        settings=SHORT,
-    )
-    assert bench(spec, tmp_path / "out", jobs=1) == 1
-    for path in (f"{tmp_path}/mine.py", "./mine.py", "../" + tmp_path.name + "/mine.py"):
-        assert bench(replace(spec, managers=(f"{path}:Mine",)), tmp_path / "out", jobs=1) == 0
-    (tmp_path / "other.py").write_text(MANAGER)
-    with pytest.raises(InvalidInputError, match="holds another campaign: its managers are"):
-        bench(replace(spec, managers=("other.py:Mine",)), tmp_path / "out", jobs=1)
 
 
 def test_a_folder_without_locks_for_files_is_said_to_be_so(

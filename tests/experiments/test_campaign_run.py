@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from sunset.errors import ManagerError, OutputError, SunsetError
-from sunset.experiments import RunSpec, Settings, Timing, prepare
-from sunset.experiments.run import record_run
+from sunset.experiments import RunSpec, Settings, Timing
+from sunset.experiments.run import run_of_campaign
 from sunset.recording import read_run
 from sunset.scenarios import load_scenario
 
@@ -41,7 +41,7 @@ def test_what_the_computer_lacks_is_not_recorded_as_a_failure_of_the_managing_sy
     failing(monkeypatch, error)
 
     with pytest.raises(type(error), match=str(error)):
-        record_run(spec, prepare(spec), tmp_path / "run", None)
+        run_of_campaign(spec, tmp_path / "run", None)
 
     assert not (tmp_path / "run").exists()
 
@@ -51,6 +51,6 @@ def test_a_managing_system_that_keeps_the_system_from_coming_up_has_failed(
 ) -> None:
     failing(monkeypatch, ManagerError("It sent 7 requests meanwhile."))
 
-    record_run(spec, prepare(spec), tmp_path / "run", None)
+    run_of_campaign(spec, tmp_path / "run", None)
 
     assert read_run(tmp_path / "run").manager_failed == "It sent 7 requests meanwhile."

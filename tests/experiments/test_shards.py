@@ -13,7 +13,7 @@ import sunset
 from sunset.errors import InvalidInputError, OutputError
 from sunset.evaluation.report import FORMATS, render_runs
 from sunset.experiments import BenchSpec, Shard, count_runs, plan
-from sunset.experiments.shards import locked_campaign
+from sunset.experiments.bench import locked_campaign
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from sunset.harness.launcher import Launcher
-from sunset.nodes import Camera
 from sunset.system_interfaces.srv import Redeploy
 from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
 
@@ -20,7 +19,7 @@ class Host:
     def __init__(self, *running: str) -> None:
         self.running = set(running)
         self.done: list[str] = []
-        self.handlers: list[Callable[[str], None]] = []
+        self.on_exit: Callable[[str], object] = self.done.append
 
     def start(self, node: str) -> None:
         self.done.append(f"start {node}")
@@ -35,11 +34,7 @@ class Host:
 
     def end(self, node: str) -> None:
         self.running.remove(node)
-        for handler in self.handlers:
-            handler(node)
-
-    def on_exit(self, handler: Callable[[str], None]) -> None:
-        self.handlers.append(handler)
+        self.on_exit(node)
 
 
 @pytest.fixture
@@ -96,26 +91,6 @@ def test_a_process_that_ends_by_itself_stays_dead(world: "World", host: Host) ->
     host.end("camera")
     world.run(5.0)
     assert host.done == []
-
-
-def test_a_node_that_somebody_else_has_started_is_refused(world: "World", host: Host) -> None:
-    host.end("camera")
-    world.start(Camera)
-    world.run(0.1)
-    response = redeploy(world, "camera")
-    assert not response.success
-    assert "camera runs in a process that the launcher has not started" in response.message
-    world.kill("camera")
-    assert redeploy(world, "camera").success
-    assert host.done == ["start camera"]
-
-
-def test_what_is_left_on_the_graph_of_a_killed_process_is_no_other(world: "World", host: Host) -> None:
-    world.start(Camera)
-    world.run(0.1)
-    host.end("camera")  # and its node is still seen
-    assert redeploy(world, "camera").success
-    assert host.done == ["start camera"]
 
 
 def test_a_node_that_does_not_exist_is_refused(world: "World", host: Host) -> None:

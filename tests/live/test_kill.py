@@ -1,10 +1,9 @@
-"""Processes that are killed or stopped during a live run: the run ends, with a record or a sentence, and no orphan."""
+"""Processes that are killed during a live run: the run ends, with a record or a sentence, and no orphan."""
 
 import json
 import os
 import signal
 from collections.abc import Iterable, Mapping
-from itertools import cycle
 from pathlib import Path
 
 import pytest
@@ -23,8 +22,7 @@ from tests.live.systems import (
     fork_server,
 )
 
-from sunset.recording import read_run, read_timeline
-from sunset_ros.interfaces.std_srvs.srv import Trigger
+from sunset.recording import read_timeline
 
 pytestmark = [pytest.mark.xdist_group("processes"), pytest.mark.thorough]
 
@@ -34,8 +32,8 @@ TURNS = (("image_enhancement", "segmentation"), ("sensor_fusion",), ("camera", "
 SILENT = {"image_enhancement"}
 """It is inactive, so that nobody misses it."""
 
-LONGEST_S = 100.0
-"""The experiment is ended when all is done, which takes longer on a busy computer."""
+LONGEST_S = 60.0
+"""Time enough for all that is done, even on a busy computer."""
 
 
 def are_new(pid: int, before: Mapping[str, int], nodes: Iterable[str]) -> bool:
@@ -48,8 +46,7 @@ def are_new(pid: int, before: Mapping[str, int], nodes: Iterable[str]) -> bool:
     return eventually(new)
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-def test_the_baseline_redeploys_whatever_does_not_send_any_more(tmp_path: Path, number: int) -> None:
+def test_the_baseline_redeploys_whatever_does_not_send_any_more(tmp_path: Path) -> None:
     out = tmp_path / "run"
     with flying("nofault", "baseline", LONGEST_S, out) as process:
         first = children(process.pid)
@@ -57,40 +54,32 @@ def test_the_baseline_redeploys_whatever_does_not_send_any_more(tmp_path: Path, 
         flow = Flow(tool)
         try:
             assert flow.lasts()
-            if number == signal.SIGSTOP:
-                server = fork_server(process.pid)
-                os.kill(server, signal.SIGKILL)  # nodes can be redeployed without it
-                assert eventually(lambda: not exists(server))  # its end wakes nodes that are stopped before
+            server = fork_server(process.pid)
+            os.kill(server, signal.SIGKILL)  # nodes can be redeployed without it
             for nodes in TURNS:
                 before = first | children(process.pid)
                 for node in nodes:
-                    os.kill(before[node], number)
+                    os.kill(before[node], signal.SIGKILL)
                 assert are_new(process.pid, before, set(nodes) - SILENT)
                 assert flow.lasts()
-            assert tool.call(Trigger, "/experiment/end", Trigger.Request()).success
-            told, complaint = process.communicate(timeout=PATIENCE_S)
+            _, complaint = process.communicate(timeout=LONGEST_S + PATIENCE_S)
         finally:
             tool.node.context.try_shutdown()
     assert process.returncode == 0, complaint
     assert not any(exists(pid) for pid in first.values())
-    assert "ended it before its time" in json.loads(told)["reason"]
-    assert read_run(out).computer_kept_up is True, "so that it counts as a bad run of the managing system's"
     redeployed = {
         one.node for one in read_timeline(out).commands if one.kind == "redeploy" and one.successful
     }
     assert redeployed == {f"/managed_subsystem/{node}" for node in set(MANAGED) - SILENT}
 
 
-@pytest.mark.parametrize(
-    ("node", "number"), [*zip(ESSENTIAL, cycle([signal.SIGKILL, signal.SIGSTOP]), strict=False)]
-)
-def test_a_run_ends_with_what_there_is_no_experiment_without(tmp_path: Path, node: str, number: int) -> None:
+@pytest.mark.parametrize("node", ESSENTIAL)
+def test_a_run_ends_with_what_there_is_no_experiment_without(tmp_path: Path, node: str) -> None:
     with flying("nofault", "none", LONGEST_S, tmp_path / "run") as process:
-        os.kill(children(process.pid)[node], number)
+        os.kill(children(process.pid)[node], signal.SIGKILL)
         _, complaint = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
-    how = "ended by signal 9 (SIGKILL)" if number == signal.SIGKILL else "is stopped by a signal"
-    assert f"The process of {node}, which the experiment needs, {how}" in complaint
+    assert f"The process of {node}, which the experiment needs, ended by signal 9 (SIGKILL)" in complaint
     assert list(tmp_path.iterdir()) == []
 
 

@@ -36,7 +36,6 @@ from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
 from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent
 from sunset_ros.interfaces.sensor_msgs.msg import Image
-from sunset_ros.interfaces.std_srvs.srv import Trigger
 from sunset_ros.rmw.dds import CycloneDDS, CycloneTap
 from sunset_ros.rmw.dds.domains import free_domain_id
 
@@ -47,7 +46,7 @@ PROGRAMS = Path(__file__).parents[2] / "docs" / "programs"
 
 def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(tmp_path: Path) -> None:
     out = tmp_path / "run"
-    with free_domain_id() as domain_id, flying("nofault", "external", 35.0, out, domain_id) as process:
+    with free_domain_id() as domain_id, flying("nofault", "external", 20.0, out, domain_id) as process:
         tool = Tool(domain_id)
         flow = Flow(tool)
         log: list[ExperimentLogging] = []
@@ -63,7 +62,6 @@ def test_a_managing_system_of_another_process_redeploys_a_node_that_was_killed(t
                 os.kill(killed, signal.SIGKILL)
                 assert eventually(lambda: children(process.pid).get("segmentation", killed) != killed)
                 assert flow.lasts()
-                assert tool.call(Trigger, "/experiment/end", Trigger.Request()).success
                 told, complaint = process.communicate(timeout=PATIENCE_S)
             finally:
                 manager.terminate()

@@ -105,15 +105,6 @@ def test_a_node_that_does_not_react_is_redeployed_by_force(system: tuple[Up, Too
     assert state(tool, "segmentation") == "active"
 
 
-def test_a_monitor_that_dies_is_started_again(system: tuple[Up, Tool]) -> None:
-    up = system[0]
-    before = up.pids["monitor"]
-    os.kill(before, signal.SIGKILL)
-    assert up.tells("[monitor] The process ended by signal 9 (SIGKILL); it was started again.")
-    assert eventually(lambda: up.pids["monitor"] != before)
-    assert eventually(lambda: up.state("monitor").startswith("running"))
-
-
 def test_unknown_nodes_are_not_redeployed(system: tuple[Up, Tool]) -> None:
     response = system[1].call(Redeploy, "/launcher/redeploy", Redeploy.Request(node="rotor"))
     assert not response.success

@@ -2,8 +2,6 @@
 
 import tempfile
 from collections.abc import Mapping
-from concurrent.futures import Executor
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -24,7 +22,6 @@ from sunset.experiments import (
     ManagerCheck,
     Options,
     Shard,
-    connected_scheduler,
     keep_last_run,
     last_run,
 )
@@ -88,8 +85,6 @@ def bench(
     *,
     out: str | Path,
     jobs: int | None = None,
-    executor: Executor | None = None,
-    scheduler: str | None = None,
     shard: str | None = None,
     progress: Progress | None = None,
     **options: Unpack[CampaignOptions],
@@ -101,17 +96,15 @@ def bench(
         managers: managing systems, as of `run`: a list, or a dictionary of them by their labels in tables.
         out: the folder of the results.
         jobs: worker processes, which change no result; a process per core if None.
-        executor: any executor of `concurrent.futures`, which does the runs in place of worker processes.
-        scheduler: address of a dask scheduler, whose workers do the runs.
         shard: do a part of the campaign only, as `I/N`, the I-th of N.
         progress: called with (finished runs, all runs).
         **options: as in `sunset.CampaignOptions` and `sunset.Options`.
 
     Raises:
-        InvalidInputError: an argument is not usable, `out` holds another campaign, or a worker lacks a resource.
+        InvalidInputError: an argument is not usable, or `out` holds another campaign.
         ManagerError: a managing system cannot be loaded.
-        SunsetError: `out` cannot be written, another process runs its campaign, a worker was killed, or the executor
-            has failed; finished runs are kept.
+        SunsetError: `out` cannot be written, another process runs its campaign, or a worker was killed; finished runs
+            are kept.
     """
     check_progress(progress, _preparing(options))
     work: dict[str, Any] = {"jobs": whole_of(jobs), "shard": None if shard is None else Shard.parse(shard)}
@@ -119,8 +112,7 @@ def bench(
     with extended(options.get("extensions", ())):
         spec = campaign_of(suite, managers, options)
         folder = as_path(out, "folder of the results")
-        with nullcontext(executor) if scheduler is None else connected_scheduler(scheduler) as workers:
-            experiments.bench(spec, folder, executor=workers, **work, **reports)
+        experiments.bench(spec, folder, **work, **reports)
         return Results(folder, load_results(folder))
 
 

@@ -64,11 +64,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_work(parser: argparse.ArgumentParser) -> None:
     add_count_option(parser, "--jobs", "worker processes (default: one a core; live: 1)")
     parser.add_argument(
-        "--scheduler",
-        metavar="tcp://HOST:PORT",
-        help="let the workers of a dask scheduler do the runs, on any computers (extra cluster)",
-    )
-    parser.add_argument(
         "--shard",
         metavar="I/N",
         help="do the I-th of N parts of the campaign only, as a job of an array does",
@@ -93,7 +88,6 @@ def execute(arguments: argparse.Namespace) -> int:
             arguments.managers,
             out=arguments.out,
             jobs=arguments.jobs,
-            scheduler=arguments.scheduler,
             shard=arguments.shard,
             progress=counter,
             preparing=preparing,

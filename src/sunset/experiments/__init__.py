@@ -1,7 +1,7 @@
 """The composition root: (scenario, seed, managing system, settings) → a record."""
 
 from sunset.experiments.again import play_back, run_again
-from sunset.experiments.bench import bench
+from sunset.experiments.bench import Shard, bench
 from sunset.experiments.campaign import (
     BenchSpec,
     added_managers,
@@ -11,11 +11,8 @@ from sunset.experiments.campaign import (
     run_folder,
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
-from sunset.experiments.cluster import connected_scheduler
-from sunset.experiments.last import keep_last_run, last_run
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import (
-    Resources,
     inference_file,
     missing_networks,
     model_checksum,
@@ -23,9 +20,8 @@ from sunset.experiments.resources import (
     prepare_runs,
     warn_of_walls,
 )
-from sunset.experiments.run import run
+from sunset.experiments.run import keep_last_run, last_run, run
 from sunset.experiments.settings import OPTIONS, Options, RunTiming, Settings, Timing
-from sunset.experiments.shards import Shard
 from sunset.experiments.spec import CHECK_SCENARIO, DEFAULT_SCENARIO, RunSpec, scenario_of
 from sunset.recording import count_runs
 
@@ -36,7 +32,6 @@ __all__ = [
     "BenchSpec",
     "ManagerCheck",
     "Options",
-    "Resources",
     "RunSpec",
     "RunTiming",
     "Settings",
@@ -46,7 +41,6 @@ __all__ = [
     "bench",
     "campaign_managers",
     "check_manager",
-    "connected_scheduler",
     "count_runs",
     "in_turn",
     "inference_file",

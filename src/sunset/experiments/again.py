@@ -1,9 +1,9 @@
 """Stored runs: run again to compare their messages, or played back for their images."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from msgspec import UNSET
 
@@ -63,31 +63,21 @@ def run_again(
             "names: read it, and say trust=True, or name it with manager."
         )
     spec, resources = _prepared(folder, stored, manager or name, model, bag, images=images)
-    if is_program:
-        _check_sources(stored, spec.manager, folder)
+    has_source = is_program and stored.manager_checksum and not is_registered(spec.manager)
+    if has_source and stored.manager_checksum != checksum(spec.manager):
+        raise RecordError(
+            f"The run in {folder} was made with other source than {shown(spec.manager)} has now: restore it, or say "
+            "with manager where it is."
+        )
     again = run_prepared(spec, resources, into)
     if again.digest != stored.digest:
-        raise _difference_error(stored, folder, again)
-    return again
-
-
-def _difference_error(stored: RunRecord, folder: Path, again: StoredRun) -> RecordError:
-    causes = ", ".join(_differences(stored, again.record)) or "the record itself"
-    where = first_difference(folder, again.folder)
-    return RecordError(
-        f"The run in {folder} was run again, and left other messages, {where}; what differs: {causes}. Name what it "
-        "was made with, or make a new record."
-    )
-
-
-def _check_sources(stored: RunRecord, manager: str, folder: Path) -> None:
-    if not stored.manager_checksum or is_registered(manager):
-        return
-    if stored.manager_checksum != checksum(manager):
+        causes = ", ".join(_differences(stored, again.record)) or "the record itself"
+        where = first_difference(folder, again.folder)
         raise RecordError(
-            f"The run in {folder} was made with other source than {shown(manager)} has now: restore it, or say with "
-            "manager where it is."
+            f"The run in {folder} was run again, and left other messages, {where}; what differs: {causes}. Name what "
+            "it was made with, or make a new record."
         )
+    return again
 
 
 def play_back(
@@ -149,11 +139,10 @@ def _prepared(
 def _spec_of(
     stored: RunRecord, manager: str, model: str | None, bag: Path | None, *, images: bool
 ) -> RunSpec:
-    stated = {
-        name: getattr(stored, name, UNSET) for name in (*STORED, *(each.name for each in fields(Timing)))
-    }
-    known = {name: value for name, value in stated.items() if value is not UNSET}
-    timing = {name: value for name, value in known.items() if name not in STORED}
+    def known(names: Iterable[str]) -> dict[str, Any]:
+        values = {name: getattr(stored, name, UNSET) for name in names}
+        return {name: value for name, value in values.items() if value is not UNSET}
+
     return RunSpec(
         scenario=scenario_of(stored),
         manager=manager,
@@ -165,10 +154,10 @@ def _spec_of(
             bag=bag,
             flight=FlightSpec.of(stored.flight_conditions) if stored.flight_conditions else None,
             loop=stored.bag_looped,
-            timing=Timing(**timing),
+            timing=Timing(**known(field.name for field in fields(Timing))),
             device=stored.device,
             images=images,
-            **{name: known[name] for name in STORED if name in known},
+            **known(STORED),
         ),
     )
 

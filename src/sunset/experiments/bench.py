@@ -1,49 +1,86 @@
-"""Campaigns: run by processes, an executor or in shards; resumable."""
+"""Campaigns: run by processes, whole or in shards; resumable."""
 
 import logging
+import re
 import shutil
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, as_completed
-from dataclasses import replace
+from concurrent.futures import as_completed
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final
+from typing import Final, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import asdict
 
-from sunset.errors import InvalidInputError, RecordError
+from sunset.errors import InvalidInputError, OutputError, RecordError
 from sunset.experiments.campaign import (
     BenchSpec,
     campaign_managers,
     describe_campaign,
-    flight_key,
     flights_of,
     in_turn,
     plan,
     run_folder,
 )
-from sunset.experiments.cluster import check_executor, run_on_workers
-from sunset.experiments.resources import Resources, prepare_runs, warn_of_walls
+from sunset.experiments.resources import prepare_runs, warn_of_walls
 from sunset.experiments.run import run_of_campaign
-from sunset.experiments.shards import Shard, locked_campaign
 from sunset.experiments.spec import RunSpec
-from sunset.experiments.worker import facts_of
-from sunset.files.outputs import write_text
+from sunset.files.outputs import make_folder, write_text
 from sunset.files.schemas import document_text
-from sunset.managing import is_registered, split_label
+from sunset.managing import is_registered
 from sunset.processes.workers import Progress, Stages, check_jobs, processors, worker_pool
 from sunset.recording import CampaignPlan, read_plan, read_run
 from sunset.texts.names import PLAN_FILE, RUN_FILE
 from sunset.texts.sentences import counted, listed
+from sunset_ros.texts import shown
 
 _log: Final = logging.getLogger(__name__)
 
 _CHANGING: Final = MappingProxyType({"manager_checksums": "managing system", "extensions": "extension"})
 """Key of a campaign's plan that holds checksums of the user's own files → what the files contain."""
 
+_LOCK_FILE: Final = ".lock"
+_SHARD: Final = re.compile(r"([1-9][0-9]{0,8})/([1-9][0-9]{0,8})")
+
+_Item = TypeVar("_Item")
+
 _Order = tuple[RunSpec, Path, str | None]
 """A run, its folder, and the checksum that its managing system must have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shard:
+    """Part `number`, from 1 on, of the `count` parts that a campaign's runs are split into."""
+
+    number: int
+    count: int
+
+    @classmethod
+    def parse(cls, text: object) -> "Shard":
+        """Return the shard that the text `I/N` names.
+
+        >>> Shard.parse("2/4")
+        Shard(number=2, count=4)
+        """
+        match = _SHARD.fullmatch(text) if isinstance(text, str) else None
+        if match is None or int(match[1]) > int(match[2]):
+            raise InvalidInputError(
+                f"A shard must be I/N, the I-th of N parts, from 1/N to N/N, got {shown(text)}."
+            )
+        return cls(int(match[1]), int(match[2]))
+
+    def of(self, items: Sequence[_Item]) -> Sequence[_Item]:
+        """Return this part of the items: neighbours; the sizes of parts differ by at most 1.
+
+        >>> [Shard(number, 3).of("abcdefgh") for number in (1, 2, 3)]
+        ['ab', 'cde', 'fgh']
+        """
+        total, count = len(items), self.count
+        if count > total:
+            raise InvalidInputError(f"A campaign of {counted(total, 'run')} cannot have {count} shards.")
+        return items[total * (self.number - 1) // count : total * self.number // count]
 
 
 def bench(
@@ -51,7 +88,6 @@ def bench(
     out: Path,
     *,
     jobs: int | None = None,
-    executor: Executor | None = None,
     shard: Shard | None = None,
     progress: Progress | None = None,
     preparing: Stages | None = None,
@@ -64,17 +100,17 @@ def bench(
         spec: the campaign.
         out: the folder of results; it is made if there is none, and must belong to the same campaign.
         jobs: number of worker processes, which changes no result; if None a process per core, or one for live runs.
-        executor: does the runs in place of worker processes; it is not shut down.
         shard: the part of the campaign that is run; all if None.
         progress: called with (finished runs, all runs), first with the runs that `out` held already.
         preparing: called with (stage, frames done, all frames) while flights are rendered and measured.
     """
     check_jobs(jobs)
-    spec = _as_begun(spec, out)
-    _check_executor(executor, spec, jobs)
     runs = plan(spec)
     wanted = in_turn(runs) if shard is None else shard.of(in_turn(runs))
-    prepared = _prepared(runs, preparing)
+    of_flights = flights_of(runs)
+    prepared = list(zip(of_flights, prepare_runs(of_flights, preparing), strict=True))
+    if preparing is not None:
+        warn_of_walls(runs)
     described = describe_campaign(spec, runs, prepared)
     with locked_campaign(out, shard):
         _claim(out, described)
@@ -82,50 +118,40 @@ def bench(
         orders = [(run, run_folder(out, run), known(run.manager_name)) for run in wanted]
         todo = [order for order in orders if not _is_done(order[1])]
         done = len(wanted) - len(todo)
-        for count in _counts(todo, executor, prepared, jobs or (1 if spec.settings.live else processors())):
+        for count in _run_all(todo, min(jobs or (1 if spec.settings.live else processors()), len(todo))):
             if progress is not None:
                 progress(done + count, len(wanted))
     return len(todo)
 
 
-def _prepared(runs: Sequence[RunSpec], preparing: Stages | None) -> list[tuple[RunSpec, Resources]]:
-    """Render and measure flights and load the model once, before workers need them."""
-    of_flights = flights_of(runs)
-    prepared = prepare_runs(of_flights, preparing)
-    if preparing is not None:
-        warn_of_walls(runs)
-    return list(zip(of_flights, prepared, strict=True))
+@contextmanager
+def locked_campaign(out: Path, shard: Shard | None = None) -> Iterator[None]:
+    """Make a campaign's folder, if there is none, and keep other processes from running the same runs in it."""
+    import fcntl  # noqa: PLC0415  not on every system
 
-
-def _counts(
-    todo: Sequence[_Order],
-    executor: Executor | None,
-    prepared: Sequence[tuple[RunSpec, Resources]],
-    jobs: int,
-) -> Iterator[int]:
-    """Do all runs; yield how many are finished, first 0 and then after each."""
-    yield 0
-    if executor is not None:
-        facts = {flight_key(run): facts_of(resources) for run, resources in prepared}
-        yield from run_on_workers(executor, [(*order, facts[flight_key(order[0])]) for order in todo])
-    elif todo:
-        yield from _run_all(todo, min(jobs, len(todo)))
-
-
-def _as_begun(spec: BenchSpec, out: Path) -> BenchSpec:
-    """Return a campaign with its managing systems named as when it was begun, if other paths name them now."""
-    if not (out / PLAN_FILE).is_file():
-        return spec
-    begun = {_resolved(manager): manager for manager in read_plan(out).managers}
-    managers = tuple(begun.get(_resolved(manager), manager) for manager in spec.managers)
-    return replace(spec, managers=managers)
-
-
-def _resolved(manager: str) -> tuple[str, str, str]:
-    """Return the label, the file or module, and the class of a managing system."""
-    label, named = split_label(manager)
-    where, _, name = named.rpartition(":")
-    return label, str(Path(where).resolve()) if where.endswith(".py") else where, name
+    make_folder(out)
+    beside = (_LOCK_FILE, f".{PLAN_FILE}.")  # another shard may have just begun
+    names = [path.name for path in out.iterdir() if not path.name.startswith(beside)]
+    if names and not (out / PLAN_FILE).exists():
+        raise OutputError(f"The folder {out} is not empty and holds no campaign; name a new folder.")
+    locks = {_LOCK_FILE: fcntl.LOCK_SH if shard else fcntl.LOCK_EX}
+    if shard:
+        locks[f"{_LOCK_FILE}-{shard.number}-of-{shard.count}"] = fcntl.LOCK_EX
+    with ExitStack() as files:
+        for name, kind in locks.items():
+            file = files.enter_context((out / name).open("a+b"))  # network drives need both permissions
+            try:
+                fcntl.flock(file, kind | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise OutputError(
+                    f"The campaign in {out} is being run by another process: wait for its end, or name another folder."
+                ) from error
+            except OSError as error:
+                raise OutputError(
+                    f"The file system of {out} has no locks for files ({error.strerror}), without which two processes "
+                    "could write to it: name a folder on another one."
+                ) from error
+        yield
 
 
 def _is_done(folder: Path) -> bool:
@@ -141,28 +167,10 @@ def _is_done(folder: Path) -> bool:
     return True
 
 
-def _check_executor(executor: Executor | None, spec: BenchSpec, jobs: int | None) -> None:
-    """Check that an executor can do the runs of a campaign; None can."""
-    if executor is None:
-        return
-    check_executor(executor)
-    if jobs is not None:
-        raise InvalidInputError(
-            f"An executor has workers of its own, got {counted(jobs, 'job')} besides: leave the jobs out."
-        )
-    if spec.settings.live:
-        raise InvalidInputError("Live runs take place on this computer: leave the executor out.")
-    for name, manager in campaign_managers(spec).items():
-        if is_registered(manager):
-            raise InvalidInputError(
-                f"An executor's workers do not have the managing system {name}, which was passed as a "
-                "class or function: name it FILE.py:Class or module:Class."
-            )
-
-
 def _run_all(todo: Sequence[_Order], jobs: int) -> Iterator[int]:
-    """Do all runs, in this process for a single job; yield how many are finished, after each."""
-    if jobs == 1:
+    """Do all runs, in this process for a single job; yield how many are finished, first 0 and then after each."""
+    yield 0
+    if jobs <= 1:
         for count, order in enumerate(todo, 1):
             run_of_campaign(*order)
             yield count

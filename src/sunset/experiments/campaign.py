@@ -63,7 +63,7 @@ class BenchSpec:
             )
         check_seed(self.seed + self.repetitions - 1)
         names = [label or manager for label, manager in map(split_label, self.managers)]
-        if not names or len(set(names)) < len(names):
+        if not names or len(set(map(str.casefold, names))) < len(names):
             named = ", ".join(names) or "none at all"
             raise InvalidInputError(f"Each managing system must be named once, got {named}.")
         parse_flights(self.flights)
@@ -110,16 +110,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
         for scenarios, manager in groups
         for scenario in scenarios
     )
-    unique = {run_folder(Path(), run): run for run in runs}  # each is run once
-    alike: dict[str, Path] = {}
-    for folder in unique:
-        other = alike.setdefault(str(folder).casefold(), folder)
-        if other != folder:
-            raise InvalidInputError(
-                f"Two runs of the campaign must differ by more than case, in which file systems may see no difference, "
-                f"got {other} and {folder}: rename one."
-            )
-    return tuple(unique.values())
+    return tuple({run_folder(Path(), run): run for run in runs}.values())  # each is run once
 
 
 def in_turn(runs: Iterable[RunSpec]) -> list[RunSpec]:
@@ -135,12 +126,7 @@ def in_turn(runs: Iterable[RunSpec]) -> list[RunSpec]:
 
 def flights_of(runs: Sequence[RunSpec]) -> list[RunSpec]:
     """Return the first run on each flight."""
-    return list({flight_key(run): run for run in reversed(runs)}.values())[::-1]
-
-
-def flight_key(run: RunSpec) -> tuple[object, ...]:
-    """Return a key that runs on the same flight share."""
-    return run.flight, flight_plan(run)
+    return list({(run.flight, flight_plan(run)): run for run in reversed(runs)}.values())[::-1]
 
 
 def _chosen(spec: BenchSpec) -> tuple[tuple[Scenario, ...], int]:
@@ -170,10 +156,7 @@ def describe_campaign(
 ) -> CampaignPlan:
     """Return a campaign's plan as it is stored: everything its results may depend on, by name and by content.
 
-    Args:
-        spec: the campaign.
-        runs: all of it.
-        prepared: the first run on each flight, and its resources.
+    `prepared` has the first run on each flight, and its resources.
     """
     own = [resources for _, resources in prepared if not resources.of_flight]
     resources = own[0] if own else prepared[0][1]
@@ -183,7 +166,7 @@ def describe_campaign(
     return CampaignPlan(
         plan_version=PLAN_VERSION,
         scenarios=tuple(scenario.name for scenario in _chosen(spec)[0]) if spec.scenarios else (),
-        scenarios_checksum=scenarios_checksum(runs),
+        scenarios_checksum=hashlib.sha256(repr([run.scenario for run in runs]).encode()).hexdigest(),
         split=split_hash(spec.suite),
         manager_checksums={name: manager_checksum(manager, settings) for name, manager in managers.items()},
         runs=len(runs),
@@ -221,8 +204,3 @@ def _flight_facts(prepared: Sequence[tuple[RunSpec, Resources]]) -> dict[str, St
             warning=resources.warning,
         )
     return facts
-
-
-def scenarios_checksum(runs: Sequence[RunSpec]) -> str:
-    """Return the SHA-256 of the scenarios of a campaign's runs, in hexadecimal."""
-    return hashlib.sha256(repr([run.scenario for run in runs]).encode()).hexdigest()

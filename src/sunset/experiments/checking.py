@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import prepare_runs
@@ -98,39 +98,32 @@ def check_manager(
     """Run it twice with the same seed, in interpreters in which sets of texts have different orders, and compare."""
     manager_checksum(spec.manager, spec.settings)  # a mistake in it is reported at once
     prepare_runs([spec], preparing)
-    results = []
-    with tempfile.TemporaryDirectory(prefix="sunset-") as folder:
-        for number in (1, 2):
-            if progress is not None:
-                progress(number - 1, 2)
-            results.append(_run(spec, Path(folder) / f"{number}", hash_seed=f"{number}", log=number == 1))
-        difference = first_difference(Path(folder) / "1", Path(folder) / "2")
-        if progress is not None:
-            progress(2, 2)
+    is_own, results = is_registered(spec.manager), []
+    show = progress or (lambda _done, _all: None)
+    with tempfile.TemporaryDirectory(prefix="sunset-") as name:
+        folders = [Path(name) / "1", Path(name) / "2"]
+        for done, folder in enumerate(folders):
+            show(done, 2)
+            if is_own:
+                results.append(run(spec, folder, log=not done))
+                continue
+            with _hash_seed(folder.name), worker_pool(1) as pool:
+                results.append(pool.submit(run, spec, folder, log=not done).result())
+        difference = first_difference(*folders)
+        messages = [recorded.message for recorded in read_messages(folders[0], [COMMANDS_TOPIC])]
+        show(2, 2)
+    commands = [message for message in messages if isinstance(message, Command)]
+    refusals = Counter(command.reason for command in commands if not command.successful)
     return ManagerCheck(
         manager=spec.manager_name,
         scenario=spec.scenario.name,
-        **results[0]._asdict(),
+        adaptations=results[0].metrics.adaptations,
+        refusals=dict(refusals.most_common()),
+        failure=results[0].record.manager_failed or "",
+        reason=results[0].reason,
         difference=difference,
-        sets_reordered=not is_registered(spec.manager),
+        sets_reordered=not is_own,
     )
-
-
-class _Judged(NamedTuple):
-    """The findings of a single run, as of `ManagerCheck`."""
-
-    adaptations: int
-    refusals: Mapping[str, int]
-    failure: str
-    reason: str
-
-
-def _run(spec: RunSpec, folder: Path, *, hash_seed: str, log: bool) -> _Judged:
-    """Run it in an interpreter with this hash seed."""
-    if is_registered(spec.manager):
-        return _judged(spec, folder, log=log)
-    with _hash_seed(hash_seed), worker_pool(1) as pool:
-        return pool.submit(_judged, spec, folder, log=log).result()
 
 
 @contextmanager
@@ -143,17 +136,3 @@ def _hash_seed(value: str) -> Iterator[None]:
         del os.environ[_HASH_SEED]
         if own is not None:
             os.environ[_HASH_SEED] = own
-
-
-def _judged(spec: RunSpec, folder: Path, *, log: bool) -> _Judged:
-    result = run(spec, folder, log=log)
-    commands = [recorded.message for recorded in read_messages(folder, [COMMANDS_TOPIC])]
-    refusals = Counter(
-        command.reason for command in commands if isinstance(command, Command) and not command.successful
-    )
-    return _Judged(
-        adaptations=result.metrics.adaptations,
-        refusals=dict(refusals.most_common()),
-        failure=result.record.manager_failed or "",
-        reason=result.reason,
-    )

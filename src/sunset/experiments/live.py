@@ -2,7 +2,6 @@
 
 import os
 import time
-from collections import Counter
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -14,14 +13,12 @@ from typing import Final, Self
 from msgspec import to_builtins
 
 from sunset.errors import InvalidInputError, ManagerError, MiddlewareError, SunsetError
-from sunset.experiments.parameters import Parameters, known_scenario, manager_parameters, node_parameters
+from sunset.experiments.manager import Parameters, manager_parameters, manager_spec_of, node_parameters
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.harness.deployment import deployed_scenario, deployment
 from sunset.harness.launcher import Launcher
-from sunset.harness.manager_process import ManagerSpec
-from sunset.harness.node_process import NodeSpec
-from sunset.harness.node_processes import NodeProcesses
+from sunset.harness.node_process import NodeProcesses, NodeSpec
 from sunset.managing import EXTERNAL
 from sunset.system import (
     BAG_PLAYER,
@@ -41,9 +38,6 @@ from sunset_ros.rmw.core.port import qualified_name
 
 _FIRST: Final = (BAG_PLAYER, SCENARIO_EXECUTOR)
 """Nodes that others wait for; they are started first, with the sensors, which take longest to be active."""
-_STATELESS: Final = ("monitor", "evaluator")
-"""Nodes that only watch: a lasting system starts them again when they have ended."""
-_MOST_REVIVALS: Final = 10
 _TURN_S: Final = 0.2
 """Longest wait for one process before the next is started: all at once would take the processor from others."""
 _DISCOVERY_S: Final = 0.5
@@ -74,8 +68,8 @@ class LiveSystem:
         network: whether to be heard beyond this computer.
         distro: the ROS 2 distribution of other nodes; None to find out.
         clock: the time of `/clock`; None for the time since now.
-        loop: whether the system lasts: the flight repeats from the bag's first frame to its last, errors in callbacks
-            of this process are logged and do not end it, and a monitor or an evaluator that has ended is restarted.
+        loop: whether the system lasts: the flight repeats from the bag's first frame to its last, and errors in
+            callbacks of this process are logged and do not end it.
         autostart: whether the managed nodes configure and activate themselves.
         on_line: called, on other threads, with a node and a line that it printed.
 
@@ -102,8 +96,6 @@ class LiveSystem:
         self._managed = tuple(current_system().nodes)
         self._lasts = loop
         self._autostart = autostart
-        self._on_line = on_line
-        self._revivals: Counter[str] = Counter()
         self._clock = clock or LiveClock(time.time_ns(), float(spec.settings.speed))
         with ExitStack() as stack:
             self._check_signals = stack.enter_context(held_signals())
@@ -113,21 +105,15 @@ class LiveSystem:
             stack.enter_context(live.sole_system(self.domain_id))
             parameters = self._parameters(resources)
             stack.enter_context(deployment(self.domain_id, parameters, resources.scenario.to_yaml()))
-            self.context = self._context()
+            self.context = Context()
+            words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
+            self.context.init(words, middleware=middleware, log_to_stderr=False)
             specs = self._specs(resources, network=network, distro=distro)
             self.processes = NodeProcesses(specs, {"ROS_DOMAIN_ID": str(self.domain_id)}, on_line)
             stack.callback(self.processes.close)
-            if loop:
-                self.processes.on_exit(self._revive)
             self.executor = SingleThreadedExecutor(context=self.context)
             self._start(specs)
             self._stack = stack.pop_all()
-
-    def _context(self) -> Context:
-        context = Context()
-        words = ["--ros-args", "-p", "use_sim_time:=true", "-p", "launcher:use_sim_time:=false"]
-        context.init(words, middleware=self._middleware, log_to_stderr=False)
-        return context
 
     def _start(self, nodes: Iterable[str]) -> None:
         """Start the launcher in this process, and all nodes in processes of their own."""
@@ -136,9 +122,13 @@ class LiveSystem:
         self.executor.add_node(self._launcher)
         managed = current_system().nodes.values()
         sensors = [node.name for node in managed if {*node.inputs} & {*SENSOR_TOPICS}]
+
+        def is_heard(node: str) -> bool:
+            return any(name == node for name, _ in self._middleware.nodes())
+
         for name in sorted(nodes, key=lambda name: name not in {*_FIRST, *sensors}):
             self.processes.start(name)
-            self.spin_until(partial(self._is_heard, name), _TURN_S)
+            self.spin_until(partial(is_heard, name), _TURN_S)
         self.essential = tuple(name for name in nodes if name not in {*self._managed, MANAGER_PROCESS})
         """The nodes that the experiment needs to the end."""
 
@@ -149,14 +139,6 @@ class LiveSystem:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._stack.__exit__(kind, error, trace)
-
-    def _revive(self, node: str) -> None:
-        """Restart a node that only watches, and report it."""
-        if node in _STATELESS and self._revivals[node] < _MOST_REVIVALS:
-            self._revivals[node] += 1
-            end = self.processes.end_of(node)
-            self.processes.start(node)
-            self._on_line(node, f"The process {end}; it was started again.")
 
     def _refuse_namesakes(self) -> None:
         """Raise if the domain has a node of the system already, such as a launched node that outlived its run."""
@@ -171,9 +153,6 @@ class LiveSystem:
                 "has left, or choose another domain."
             )
 
-    def _is_heard(self, node: str) -> bool:
-        return any(name == node for name, _ in self._middleware.nodes())
-
     def _specs(self, resources: Resources, *, network: bool, distro: str | None) -> dict[str, NodeSpec]:
         spec = self._spec
         spec_of = partial(NodeSpec, middleware=spec.settings.middleware, network=network, distro=distro)
@@ -183,15 +162,7 @@ class LiveSystem:
         faults = [fault.name for fault in spec.scenario.faults]
         specs = {name: spec_of(node=name, faults=faults) for name in names}
         if spec.manager != EXTERNAL:
-            manager = ManagerSpec(
-                manager=spec.manager,
-                limit_s=spec.settings.manager_limit_s,
-                variables=spec.settings.manager_env,
-                parameters={"use_sim_time": True} | manager_parameters(spec, resources),
-                log=True,
-                live=True,
-                scenario=known_scenario(spec, resources),
-            )
+            manager = manager_spec_of(spec, resources, log=True)
             specs[MANAGER_PROCESS] = spec_of(
                 node=MANAGING_SYSTEM,
                 confined=to_builtins(manager),
@@ -258,21 +229,17 @@ class LiveSystem:
         """
         for node in (*self.essential, *(self._managed if managed else ())):
             needed = node in self.essential or self.processes.has_failed(node)
-            end = self.processes.end_of(node) if needed and not self.processes.is_running(node) else ""
-            if end or self.processes.is_stopped(node):
-                raise SunsetError(
-                    f"The process of {node}, which the experiment needs, "
-                    f"{end or 'is stopped by a signal'}; run it again."
-                )
+            if needed and not self.processes.is_running(node):
+                end = self.processes.end_of(node)
+                raise SunsetError(f"The process of {node}, which the experiment needs, {end}; run it again.")
         # without a managing system that has ended in order, or has failed, the experiment goes on
         if self.processes.has_failed(MANAGER_PROCESS) and not self.manager_failure:
             end = self.processes.end_of(MANAGER_PROCESS)
             raise ManagerError(f"The process of the managing system {self._spec.manager} {end}.")
 
     def is_disturbed(self) -> bool:
-        """Return whether the process of a managed node has ended or is stopped, and was not redeployed."""
-        processes = self.processes
-        return any(not processes.is_running(node) or processes.is_stopped(node) for node in self._managed)
+        """Return whether the process of a managed node has ended, and was not redeployed."""
+        return not all(map(self.processes.is_running, self._managed))
 
 
 def _check_discovery() -> None:

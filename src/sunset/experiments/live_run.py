@@ -3,33 +3,38 @@
 import math
 import sys
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from contextlib import ExitStack, nullcontext
 from itertools import pairwise
 
 from sunset.errors import SunsetError
 from sunset.experiments.live import LiveClock, LiveSystem
 from sunset.experiments.manager import bring_up_timeout_error, check_injection
-from sunset.experiments.observer import END_SERVICE, Observer
+from sunset.experiments.observer import Observer, Sink, shown_topics
 from sunset.experiments.resources import Resources
 from sunset.experiments.settings import RunTiming
 from sunset.experiments.spec import RunSpec
 from sunset.harness.supervisor import Phase, Supervisor
 from sunset.managing import EXTERNAL
 from sunset.metrics import Timeline
-from sunset.system import CLOCK_TOPIC, MANAGER_PROCESS, RESULT_TOPIC, TRUTH_TOPIC, current_system
+from sunset.system import (
+    CLOCK_TOPIC,
+    DIAGNOSTICS_TOPIC,
+    EXPERIMENT,
+    MANAGER_PROCESS,
+    RESULT_TOPIC,
+    TRUTH_TOPIC,
+    current_system,
+)
 from sunset.texts.names import base_name
-from sunset_ros.context import Context
 from sunset_ros.interfaces import Message
 from sunset_ros.interfaces.rosgraph_msgs.msg import Clock
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.interfaces.stamps import ns_of
-from sunset_ros.interfaces.std_srvs.srv import Trigger
 from sunset_ros.interruption import held_signals
 from sunset_ros.rmw.backends import live_middleware
 from sunset_ros.rmw.core.live import LiveObserver
 from sunset_ros.rmw.core.port import EndpointKind, RequestId, qualified_name
-from sunset_ros.rmw.core.tap import Tap
 
 _S = 10**9
 _NAMELESS = "a nameless node"
@@ -39,8 +44,6 @@ _LATE = 2.5
 """Periods between two frames of the bag after which the second was too late."""
 _TOLERANCE = 0.02
 """Share of frames that a computer may lose; a single frame is always tolerated."""
-_STEADY_NS = 20_000_000
-"""Greatest difference of the system's clock from a monotonic clock during an experiment."""
 _PATIENCE_S = 10.0
 """How much longer than planned an experiment may last."""
 
@@ -51,12 +54,8 @@ class FrameCount:
     def __init__(self) -> None:
         self.taken: dict[tuple[int, int], int] = {}
         self.segmented: dict[tuple[int, int], int] = {}
-        self.ended_early = False
-        """Whether the managing system ended the experiment before its time."""
         self.disturbed_ns: int | None = None
-        """When the process of a managed node was first noticed to have ended or stopped, without a command."""
-        self.clock_step_ns = 0
-        """By how much the system's clock was set during the run."""
+        """When the process of a managed node was first noticed to have ended, without a command."""
         self.clock: list[tuple[int, int]] = []
         """When a message on `/clock` was sent, and the time in it."""
 
@@ -77,42 +76,30 @@ class FrameCount:
         """Return in words how the computer could not keep up, so that the run is invalid; empty if it could.
 
         At most a single frame, or 2 % of them, may be lost before the system is disturbed: by an outage, a command,
-        or a node's process that ends or stops from outside.
+        or a node's process that ends from outside.
         """
-        if self.ended_early:
-            return ""  # the computer is not the reason
-        if abs(self.clock_step_ns) > _STEADY_NS:
-            return (
-                f"the computer's clock was set by {self.clock_step_ns / _S:+.3f} s, so that times are wrong"
-            )
         late_s = max((time - shown for time, shown in self.clock if shown >= start_ns), default=0) / _S
         if late_s > timing.period_s:
             return f"the computer was too slow to observe it: times are wrong by up to {late_s:.2f} s"
-        late = self._late_flight(timing)
-        if late:
-            return f"the computer was too slow for the flight: {late}"
+        times, planned = sorted(self.taken.values()), timing.least_frames
+        if planned - len(times) > _tolerated(planned):
+            return f"the computer was too slow for the flight: {len(times)} of {planned} frames were played"
+        gap_s = max((after - before for before, after in pairwise(times)), default=0) / _S
+        if gap_s > _LATE * timing.period_s:
+            return (
+                f"the computer was too slow for the flight: by /clock, {gap_s:.2f} s passed between two frames in "
+                f"place of {timing.period_s:g} s"
+            )
         due, lost = self.losses(start_ns, timeline, timing)
         if lost > _tolerated(due):
             return f"the computer was too slow: {lost} of {due} frames were lost before anything was wrong"
         return ""
 
-    def _late_flight(self, timing: RunTiming) -> str:
-        times = sorted(self.taken.values())
-        if timing.least_frames - len(times) > _tolerated(timing.least_frames):
-            return f"{len(times)} of {timing.least_frames} frames were played"
-        gap_s = max((after - before for before, after in pairwise(times)), default=0) / _S
-        if gap_s > _LATE * timing.period_s:
-            return f"by /clock, {gap_s:.2f} s passed between two frames in place of {timing.period_s:g} s"
-        return ""
-
     def losses(self, start_ns: int, timeline: Timeline, timing: RunTiming) -> tuple[int, int]:
         """Return how many frames were due before the system was disturbed, and how many of them were lost."""
-        outages = [
-            injection.time
-            for injection in timeline.injections
-            if injection.failure in current_system().outages
-        ]
-        disturbed = [command.time for command in timeline.commands] + outages
+        failures, outages = timeline.injections, current_system().outages
+        disturbed = [command.time for command in timeline.commands]
+        disturbed += [injection.time for injection in failures if injection.failure in outages]
         if self.disturbed_ns is not None:
             disturbed.append((self.disturbed_ns - start_ns) / _S)
         until_ns = start_ns + round((min(disturbed, default=timing.duration_s) - _ON_ITS_WAY_S) * _S)
@@ -129,93 +116,52 @@ def _tolerated(frames: int) -> int:
     return max(1, int(_TOLERANCE * frames))
 
 
-class _Watch(Tap):
-    """Passes events of a domain on to the observer, in the time of `/clock`."""
+class LiveWatch(Observer):
+    """Observes a run in the time of `/clock`, and counts its frames."""
 
-    def __init__(
-        self, observer: Observer, frames: FrameCount, clock: LiveClock, viewers: Collection[str] = ()
-    ) -> None:
-        self._observer = observer
-        self._frames = frames
-        self._clock = clock
-        self._viewers = viewers
+    def __init__(self, spec: RunSpec, sink: Sink) -> None:
+        settings = spec.settings
+        super().__init__(sink, shown=shown_topics(spec.manager), viewers=settings.viewers, task=settings.task)
+        self.clock = LiveClock(time.time_ns(), float(settings.speed))
+        self.frames = FrameCount()
         self.strangers: dict[str, None] = {}
         """Nodes that are not of the system, in order of their discovery."""
         self.is_ready = False
-        """Whether it has discovered the service that is created last, and therefore all before."""
+        """Whether it has discovered the subscription that is created last, and therefore all before."""
 
     def on_node(self, process: str, node: str) -> None:
+        """Note strangers, besides."""
         # hidden nodes, and nodes of `ros2 launch` itself
-        is_tool = base_name(node).startswith(("_", "launch_ros_")) or node in self._viewers
+        is_tool = base_name(node).startswith(("_", "launch_ros_")) or node in self.viewers
         if node not in current_system().all_nodes and not is_tool:
             self.strangers[node] = None
-        self._observer.on_node(process, node)
+        super().on_node(process, node)
 
     def on_endpoint(self, node: str, kind: EndpointKind, name: str) -> None:
-        self.is_ready |= name == END_SERVICE
-        self._observer.on_endpoint(node, kind, name)
+        """Note whether it is the last endpoint, besides."""
+        self.is_ready |= (node, name) == (f"/{EXPERIMENT}", DIAGNOSTICS_TOPIC)
+        super().on_endpoint(node, kind, name)
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
-        self._frames.note(self._clock.at(time_ns), topic, message)
-        self._observer.on_message(self._clock.at(time_ns), topic, node or _NAMELESS, message)
+        """Count frames, besides."""
+        self.frames.note(self.clock.at(time_ns), topic, message)
+        super().on_message(self.clock.at(time_ns), topic, node or _NAMELESS, message)
 
     def on_request(  # noqa: PLR0917  as of Tap
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
-        at_ns = self._clock.at(time_ns)
-        self._observer.on_request(at_ns, service, client or _NAMELESS, server, request, request_id)
+        """Take the time of `/clock`."""
+        at_ns = self.clock.at(time_ns)
+        super().on_request(at_ns, service, client or _NAMELESS, server, request, request_id)
 
     def on_response(
         self, time_ns: int, service: str, server: str, response: Message, request_id: RequestId
     ) -> None:
-        self._observer.on_response(self._clock.at(time_ns), service, server, response, request_id)
+        """Take the time of `/clock`."""
+        super().on_response(self.clock.at(time_ns), service, server, response, request_id)
 
 
-class LiveSupervisor(Supervisor):
-    """Waits for an external managing system too, which may end the experiment by `~/end` (std_srvs/Trigger)."""
-
-    def __init__(
-        self, scenario: str, timing: RunTiming, ready: Callable[[], bool], *, context: Context | None = None
-    ) -> None:
-        super().__init__(
-            scenario,
-            warm_up_s=timing.warm_up_s,
-            duration_s=timing.duration_s,
-            context=context,
-            ready=lambda: ready() and self._log.get_subscription_count() > 0,
-        )
-        self.ended = False
-        self.create_service(Trigger, "~/end", self._on_end)
-
-    def _on_end(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        del request
-        self.ended = response.success = self.phase is Phase.MEASURED
-        response.message = "" if self.ended else f"The experiment is in its phase {self.phase.value}."
-        return response
-
-
-def slowness(inference_s: float, period_s: float) -> str:
-    """Return a warning that inferences take too long for the time between two frames; empty if they do not."""
-    if inference_s <= period_s / 2:
-        return ""
-    return (
-        f"This computer is slow for live runs: one inference takes {1000 * inference_s:.0f} ms of the "
-        f"{1000 * period_s:.0f} ms between two frames, so that frames may be lost; choose a lower --rate."
-    )
-
-
-def _inference_s(resources: Resources) -> float:
-    """Return how long an inference takes after a first inference has prepared the network [s]."""
-    modality = min(resources.model.card.networks)
-    resources.segmenter.warm_up(modality)
-    began = time.monotonic()
-    resources.segmenter.warm_up(modality)
-    return time.monotonic() - began
-
-
-def run_live(
-    spec: RunSpec, resources: Resources, observer: Observer, frames: FrameCount, *, log: bool = False
-) -> tuple[int, str]:
+def run_live(spec: RunSpec, resources: Resources, watch: LiveWatch, *, log: bool = False) -> tuple[int, str]:
     """Run an experiment with every node as a process of its own.
 
     If the managing system fails, the experiment goes on without it.
@@ -224,34 +170,32 @@ def run_live(
         The time of the injection, nanoseconds of `/clock`; and how the managing system has failed, in a sentence, empty
         if it has not.
     """
-    warning = slowness(_inference_s(resources), spec.timing.period_s / spec.settings.speed)
-    clock = LiveClock(time.time_ns(), float(spec.settings.speed))
-    offset_ns = _clock_offset_ns()
-    watch = _Watch(observer, frames, clock, spec.settings.viewers)
     with ExitStack() as stack:
-        tap, system = _started(stack, spec, resources, watch, clock, log=log)
-        if warning:
-            print(warning, file=sys.stderr)  # noqa: T201  before the flight, since it may be lost
+        tap, system = _started(stack, spec, resources, watch, log=log)
         ready = _readiness(spec, watch, system)
-        supervisor = LiveSupervisor(spec.scenario.name, spec.timing, ready, context=system.context)
+        supervisor = Supervisor(
+            spec.scenario.name,
+            warm_up_s=spec.timing.warm_up_s,
+            duration_s=spec.timing.duration_s,
+            context=system.context,
+            ready=lambda: ready() and supervisor.log.get_subscription_count() > 0,
+        )
         system.executor.add_node(supervisor)
 
         def look() -> None:
             tap.check()
             if supervisor.phase is not Phase.BRING_UP and system.is_disturbed():
-                frames.note_disturbance(clock.at(time.time_ns()))
+                watch.frames.note_disturbance(watch.clock.at(time.time_ns()))
 
-        _conduct(system, supervisor, spec, observer, look)
-        end_ns = clock.at(time.time_ns())
+        _conduct(system, supervisor, spec, watch, look)
+        end_ns = watch.clock.at(time.time_ns())
         tap.finish()
-    frames.clock_step_ns = _clock_offset_ns() - offset_ns
-    frames.ended_early = supervisor.phase is not Phase.OVER
-    observer.finish(end_ns)
+    watch.finish(end_ns)
     return supervisor.start_ns or 0, system.manager_failure
 
 
 def _started(
-    stack: ExitStack, spec: RunSpec, resources: Resources, watch: _Watch, clock: LiveClock, *, log: bool
+    stack: ExitStack, spec: RunSpec, resources: Resources, watch: LiveWatch, *, log: bool
 ) -> tuple[LiveObserver, LiveSystem]:
     """Enter a domain, observe it and start the system in it, until the stack is closed."""
 
@@ -267,38 +211,29 @@ def _started(
     # it comes before the nodes and leaves after them: each of its readers that comes or goes occupies all of them
     tap = stack.enter_context(live.observe(watch, domain_id=domain_id))
     check_signals()
-    return tap, stack.enter_context(LiveSystem(spec, resources, domain_id, clock=clock, on_line=show))
+    return tap, stack.enter_context(LiveSystem(spec, resources, domain_id, clock=watch.clock, on_line=show))
 
 
-def _clock_offset_ns() -> int:
-    return time.time_ns() - time.monotonic_ns()
-
-
-def _readiness(spec: RunSpec, watch: _Watch, system: LiveSystem) -> Callable[[], bool]:
+def _readiness(spec: RunSpec, watch: LiveWatch, system: LiveSystem) -> Callable[[], bool]:
     """Return a predicate: the observer and the managing system are ready."""
     if spec.manager != EXTERNAL:
         return lambda: watch.is_ready
-    invitations = iter(
-        [f"The system is up; start your managing system now: any node in domain {system.domain_id}."]
-    )
+    invitation = f"The system is up; start your managing system now: any node in domain {system.domain_id}."
+    invitations = iter([invitation])
 
     def is_there() -> bool:
         nodes = system.context.middleware.nodes()
         if any(qualified_name(namespace, name) in watch.strangers for name, namespace in nodes):
             return True
-        for invitation in invitations:
-            print(invitation, file=sys.stderr)  # noqa: T201
+        for text in invitations:
+            print(text, file=sys.stderr)  # noqa: T201
         return False
 
     return lambda: watch.is_ready and is_there()
 
 
 def _conduct(
-    system: LiveSystem,
-    supervisor: LiveSupervisor,
-    spec: RunSpec,
-    observer: Observer,
-    look: Callable[[], None],
+    system: LiveSystem, supervisor: Supervisor, spec: RunSpec, observer: Observer, look: Callable[[], None]
 ) -> None:
     """Run the experiment, calling `look` in every step; an error that it raises ends the run."""
     timing = spec.timing
@@ -319,7 +254,7 @@ def _conduct(
     if not wait(lambda: supervisor.phase is not Phase.BRING_UP, patience):
         raise SunsetError(f"The computer is too slow: nothing was observed of the system within {limit:g} s.")
     planned = (timing.warm_up_s + timing.duration_s) / spec.settings.speed
-    if not wait(lambda: supervisor.phase is Phase.OVER or supervisor.ended, planned + _PATIENCE_S):
+    if not wait(lambda: supervisor.phase is Phase.OVER, planned + _PATIENCE_S):
         raise SunsetError(
             f"The experiment did not end in time: {planned + _PATIENCE_S:g} s after it began it is still in its phase "
             f"{supervisor.phase.value}; does the bag player, which publishes /clock, still run?"

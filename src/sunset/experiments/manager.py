@@ -1,26 +1,33 @@
-"""The managing system and the nodes of an experiment, and the errors that they cause."""
+"""The managing system and the nodes of an experiment: their parameters, and the errors that they cause."""
 
 import traceback
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final, TypeVar, cast
 
 from sunset.errors import ExtensionError, ManagerError, ScenarioError, SunsetError
 from sunset.experiments.observer import Observer
+from sunset.experiments.resources import Resources
 from sunset.experiments.settings import Settings
 from sunset.experiments.spec import RunSpec
 from sunset.files.sources import PACKAGES
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.manager_process import ManagerSpec
-from sunset.managing import EXTERNAL
+from sunset.managing import EXTERNAL, ORACLE, KnownFault, KnownScenario, UnlistedFault
 from sunset.processes.calls import Watch, call_isolated
 from sunset.processes.process import ProcessDeath, killed_error
-from sunset.system import current_system
+from sunset.system import BAG_PLAYER, Fault, Value, current_system, unlisted
 from sunset.texts.sentences import described_error, line_text
 from sunset_ros import CallbackError
+from sunset_ros.seeding import drawn_seed, generator
+
+_Result = TypeVar("_Result")
 
 _STILL_S: Final = 60.0
 """Processor time beyond the limit of its managing system that a simulation may take without a sign of life."""
+
+
+Parameters = dict[str, Value]
 
 
 def manager_checksum(manager: str, settings: Settings) -> str:
@@ -39,16 +46,9 @@ def checksum_and_versions(manager: str, settings: Settings) -> tuple[str, dict[s
 
 
 def isolate(
-    spec: RunSpec, function: Callable[[Watch], Any], *, kept: Collection[int], nodes: Collection[str] = ()
-) -> Any:
-    """Call a function in which a run takes place in a process of its own, and return its result.
-
-    Args:
-        spec: the run.
-        function: as of `call_isolated`.
-        kept: the open files that it needs.
-        nodes: nodes whose code may be an extension's.
-    """
+    spec: RunSpec, function: Callable[[Watch], _Result], *, kept: Collection[int], nodes: Collection[str] = ()
+) -> _Result:
+    """Call a function in which a run takes place as `call_isolated` does; the code of `nodes` may be an extension's."""
     try:
         return call_isolated(function, limit_s=spec.settings.manager_limit_s + _STILL_S, kept=kept)
     except ProcessDeath as death:
@@ -74,12 +74,8 @@ def bring_up_timeout_error(
 ) -> SunsetError:
     """Return the error for nodes that are not all active in time.
 
-    Args:
-        spec: the run.
-        limit_s: time limit [s].
-        missing: node → its state, for each node that is not active.
-        commands: how many requests of the managing system they had meanwhile.
-        disturbed: whether the process of a managed node has ended in order, as if shut down through its lifecycle.
+    `missing` has the state of each such node, and `commands` is the number of requests that the managing system sent
+    meanwhile. `disturbed` says whether a node's process has ended in order, as if shut down through its lifecycle.
     """
     states = ", ".join(f"{node} is {state}" for node, state in missing.items())
     hint = (
@@ -132,3 +128,87 @@ def _foreign_place(frames: Sequence[tuple[str, int, str]]) -> str:
     if not foreign:
         return ""
     return line_text(*[frame for frame in foreign if frame[0] == foreign[0][0]][-1])
+
+
+def manager_parameters(spec: RunSpec, resources: Resources) -> Parameters:
+    """Return the parameters of the managing system, on any middleware."""
+    card = resources.model.card
+    parameters: Parameters = {
+        "entropy_threshold": card.entropy_threshold,
+        "sharpness_threshold": card.sharpness_threshold,
+        "manager_seed": drawn_seed(spec.seed, "manager"),
+        "task": spec.settings.task,
+    }
+    return parameters | ({"thinking": spec.settings.thinking_s} if spec.settings.thinking_s else {})
+
+
+def manager_spec_of(spec: RunSpec, resources: Resources, *, log: bool) -> ManagerSpec:
+    """Return a run's managing system, whose log goes to stderr, too, if `log` is true."""
+    clock: Parameters = {"use_sim_time": True} if spec.settings.live else {}
+    return ManagerSpec(
+        manager=spec.manager,
+        limit_s=spec.settings.manager_limit_s,
+        variables=spec.settings.manager_env,
+        parameters=clock | manager_parameters(spec, resources),
+        log=log,
+        live=spec.settings.live,
+        scenario=_known_scenario(spec, resources),
+    )
+
+
+def _known_scenario(spec: RunSpec, resources: Resources) -> KnownScenario | None:
+    """Return the oracle's knowledge of a run; None for every other managing system."""
+    if spec.manager != ORACLE:
+        return None
+    faults = resources.scenario.faults
+    causes = {fault.after.fault for fault in faults if fault.after is not None}
+    known = [
+        KnownFault(
+            name=fault.name,
+            value=cast("Value", fault.value),
+            at=fault.at,
+            follows=fault.after is not None,
+            until=fault.until,
+            rise=fault.profile.rise or 0.0,
+            on=fault.profile.on or 0.0,
+            off=fault.profile.off or 0.0,
+            brings=fault.name in causes,
+            unlisted=_unlisted(fault.fault),
+        )
+        for fault in faults
+    ]
+    return KnownScenario(faults=tuple(known), duration_s=spec.timing.duration_s)
+
+
+def _unlisted(fault: Fault) -> UnlistedFault | None:
+    """Return the description of a fault that the catalogue of the oracle's process may lack."""
+    if fault not in unlisted().faults:
+        return None
+    return UnlistedFault(
+        failure=fault.failure, node=fault.node, parameter=fault.parameter, kind=fault.kind, cures=fault.cures
+    )
+
+
+def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters]:
+    """Return the parameters that differ from their defaults, as node → parameter → value."""
+    timing, card = spec.timing, resources.model.card
+    frames = len(resources.bag)
+    starts = frames - timing.frames + 1 if frames >= timing.frames else frames
+    start = generator(spec.seed, "flight", "start")
+    system = current_system()
+    random: dict[str, Parameters] = {
+        name: {"seed": drawn_seed(spec.seed, name)}
+        for name in system.nodes
+        if hasattr(system.node_class(name), "seed")
+    }
+    return random | {
+        "camera": {"sharpness_threshold": card.sharpness_threshold},
+        "segmentation": {"model": card.name},
+        BAG_PLAYER: {
+            "start_frame": int(start.integers(0, starts)),
+            "frames": timing.frames,
+            "loop": spec.settings.loop,
+            "rate": 1 / timing.period_s,
+            "phase": float(start.uniform(0, timing.period_s)),
+        },
+    }

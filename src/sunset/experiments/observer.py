@@ -56,16 +56,6 @@ _TOPICS_OF_ALL: Final = frozenset({DIAGNOSTICS_TOPIC, *PARAMETER_TOPICS, ROSOUT}
 _OFF_LIMITS_SERVERS: Final = frozenset(f"/{node.name}" for node in HARNESS.values() if node.off_limits)
 """Nodes that a managing system must not call."""
 
-END_SERVICE: Final = "/experiment/end"
-"""The service by which an external managing system may end the experiment."""
-
-_ORACLE_NODE: Final = f"/{Oracle.node_name}"
-_USE_SIM_TIME: Final = "use_sim_time"
-"""The parameter that selects a node's clock: if that jumps, a redeployed node need not boot."""
-
-_SEED: Final = "seed"
-"""The seed of a node's noise, from which the run's seed might be derived."""
-
 _OUTCOMES: Final = {outcome.to_label() for outcome in TransitionCallbackReturn}
 _REQUESTS: Final = [step for step in TRANSITIONS if step.label not in _OUTCOMES]
 _LABELS: Final = {step.id: step.label for step in _REQUESTS}
@@ -90,27 +80,20 @@ class Sink(Protocol):
 
 
 class Observer(Tap):
-    """Writes all messages to a sink, and turns requests to the managed system into commands.
+    """Writes all messages to a sink as they leave their publishers, and turns requests to managed nodes into commands.
 
-    Args:
-        sink: gets every message, in the order in which it left its publisher.
-        shown: topics with the truth that the node of the managing system may read; others must not.
-        viewers: full names of nodes that may subscribe to everything, but not publish or call.
-        task: the managing system's; adaptations break a rule if it is to diagnose.
+    The managing system's node may read the topics with the truth that are `shown`; others must not. `viewers` are full
+    names of nodes that may subscribe to everything, but not publish or call. Adaptations break a rule if the task is to
+    diagnose.
     """
 
     def __init__(
-        self,
-        sink: Sink,
-        *,
-        shown: Collection[str] = (),
-        viewers: Collection[str] = (),
-        task: str = REPAIR,
+        self, sink: Sink, *, shown: Collection[str] = (), viewers: Collection[str] = (), task: str = REPAIR
     ) -> None:
         self._task = task
         self._sink = sink
         self._shown = shown
-        self._viewers = viewers
+        self.viewers = viewers
         self._system = current_system()
         self._outputs = {
             full_name(node.name): {*map(full_name, node.outputs)} for node in self._system.nodes.values()
@@ -152,7 +135,7 @@ class Observer(Tap):
         managed system. Other nodes must not subscribe to a topic with the truth, or offer a service of the system.
         """
         subscribes = kind is EndpointKind.SUBSCRIPTION
-        if subscribes and node in self._viewers:
+        if subscribes and node in self.viewers:
             return
         readers = self._system.sensors.get(name, {node})
         if subscribes and node not in {*readers, "/monitor"}:
@@ -163,7 +146,7 @@ class Observer(Tap):
             return
         if subscribes and name in {*self._system.publishers, *HARNESS["image_views"].outputs}:
             self.evidence = "images"
-        is_shown = node == _ORACLE_NODE and name in self._shown
+        is_shown = node == f"/{Oracle.node_name}" and name in self._shown
         if subscribes and name in OFF_LIMITS_TOPICS and not is_shown:
             self.note(f"{node} subscribes to {name}, which carries the truth")
         if kind is EndpointKind.SERVICE and name.startswith(self._own_services):
@@ -178,7 +161,7 @@ class Observer(Tap):
         is_own = not is_shared and (topic in self._system.own_topics or topic.startswith(_OWN_PREFIXES))
         if self._is_forged(topic, node, message):
             self.note(f"{node} publishes on {topic} in the name of another node")
-        elif node in self._viewers and topic not in _TOPICS_OF_ALL:
+        elif node in self.viewers and topic not in _TOPICS_OF_ALL:
             self.note(f"{node} publishes on {topic}, and was said to be a viewer")
         elif is_own and node not in self._system.all_nodes:
             self.note(f"{node} publishes on {topic}, which belongs to the experiment")
@@ -203,13 +186,11 @@ class Observer(Tap):
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
         """Note a request that reached its server."""
-        if service == END_SERVICE or (
-            client in INFRASTRUCTURE and not isinstance(request, ChangeState.Request)
-        ):
+        if client in INFRASTRUCTURE and not isinstance(request, ChangeState.Request):
             return
         if server in _OFF_LIMITS_SERVERS and client not in self._system.all_nodes:
             self.note(f"{client} calls {service}, which belongs to the experiment")
-        if server in self._system.all_nodes and client in self._viewers:
+        if server in self._system.all_nodes and client in self.viewers:
             self.note(f"{client} calls {service}, and was said to be a viewer")
         if server not in self._system.managed_nodes and server != "/launcher":
             return
@@ -219,9 +200,7 @@ class Observer(Tap):
             return
         if self._task == DIAGNOSE and client not in INFRASTRUCTURE:
             self.note(f"{client} calls {service}, and the task is to diagnose, without adaptations")
-        command.stamp = stamp_of(time_ns)
-        command.client = client
-        command.service = service
+        command.stamp, command.client, command.service = stamp_of(time_ns), client, service
         self.commands += client not in INFRASTRUCTURE
         self._pending[service, request_id] = command
 
@@ -272,11 +251,8 @@ class Observer(Tap):
 
     def _may_feed(self, topic: str) -> bool:
         """Return whether a managed node may subscribe to a topic: not of the managing system, and not the truth."""
-        if topic in OFF_LIMITS_TOPICS:
-            return False
-        return topic in {*self._system.own_topics, PARAMETER_EVENTS_TOPIC} or topic.startswith(
-            f"{NAMESPACE}/"
-        )
+        is_own = topic in {*self._system.own_topics, PARAMETER_EVENTS_TOPIC}
+        return topic not in OFF_LIMITS_TOPICS and (is_own or topic.startswith(f"{NAMESPACE}/"))
 
     def _note_violations(self, client: str, server: str, request: Message) -> None:
         if isinstance(request, SetParameters.Request | SetParametersAtomically.Request):
@@ -288,9 +264,11 @@ class Observer(Tap):
         for name in names:
             if (server, name) in self._system.fault_parameters:
                 self.note(f"{client} {verb} the fault parameter {name} of {server}")
-            elif name == _USE_SIM_TIME and verb == "sets":
+            elif (
+                name == "use_sim_time" and verb == "sets"
+            ):  # if its clock jumps, a redeployed node need not boot
                 self.note(f"{client} sets {name} of {server}, which belongs to the experiment")
-            elif name == _SEED and server.startswith(_OWN_PREFIXES):
+            elif name == "seed" and server.startswith(_OWN_PREFIXES):  # the run's might be derived from it
                 self.note(f"{client} {verb} the {name} of {server}, which belongs to the experiment")
 
 

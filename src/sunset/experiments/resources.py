@@ -38,8 +38,6 @@ from sunset.texts.sentences import listed
 _OPEN_BAGS: Final = 16
 """How many bags are kept open: those of a panel, and some more."""
 
-MEASURING: Final = "Measuring the flight"
-
 _log: Final = logging.getLogger(__name__)
 
 
@@ -66,14 +64,20 @@ class Resources:
     warning: str = ""
 
 
-def prepare(spec: RunSpec, *, progress: Stages | None = None) -> Resources:
-    """Load the model, open the bag, render the flight and compute its thresholds, unless they are cached.
+def prepare(spec: RunSpec) -> Resources:
+    """Prepare a single run, as `prepare_runs`."""
+    return prepare_runs([spec])[0]
+
+
+def prepare_runs(specs: Sequence[RunSpec], preparing: Stages | None = None) -> list[Resources]:
+    """Load models, open bags, render flights and compute their thresholds, unless they are cached.
 
     Every network segments a frame, unless the cache has its result.
 
     Args:
-        spec: the run.
-        progress: called with (stage, frames done, all frames) while the flight is rendered and measured.
+        specs: the runs.
+        preparing: called with (stage, frames done, all frames) while flights are rendered and measured. Warnings about
+            the flights are logged only if it is given.
 
     Raises:
         ModelError: the model is missing or corrupt, lacks a network, was never calibrated, or a network fails.
@@ -83,16 +87,20 @@ def prepare(spec: RunSpec, *, progress: Stages | None = None) -> Resources:
         ScenarioError: no strength of a fault is as severe for the model as the scenario says.
         OutputError: the cache folder cannot be written.
     """
-    return prepare_all([spec], progress=progress)[0]
-
-
-def prepare_runs(specs: Sequence[RunSpec], preparing: Stages | None) -> list[Resources]:
-    """Prepare runs as `prepare_all`; log warnings about their flights if the progress is shown, too."""
-    prepared = prepare_all(specs, progress=preparing)
-    for spec, resources in zip(specs, prepared, strict=True):
-        if resources.warning and preparing is not None:
-            _log.warning("%s: %s", flight_name(spec), resources.warning)
-    return prepared
+    if any(not spec.settings.live and not is_registered(spec.manager) for spec in specs):
+        start_server()
+    with FORKING:
+        models = [_usable_model(spec) for spec in specs]
+        paths = _find_flights(specs, preparing)
+        opened = [_open(spec, model, path) for spec, model, path in zip(specs, models, paths, strict=True)]
+        total, done = sum(len(resources.bag) for resources in opened), 0
+        prepared = []
+        for spec, resources in zip(specs, opened, strict=True):
+            prepared.append(_with_thresholds(spec, resources, preparing, done, total))
+            done += len(resources.bag)
+            if prepared[-1].warning and preparing is not None:
+                _log.warning("%s: %s", flight_name(spec), prepared[-1].warning)
+        return prepared
 
 
 def warn_of_walls(specs: Sequence[RunSpec]) -> None:
@@ -100,22 +108,6 @@ def warn_of_walls(specs: Sequence[RunSpec]) -> None:
     if any(spec.manager not in {*MANAGERS, EXTERNAL} and not is_registered(spec.manager) for spec in specs):
         for name, reason in missing_walls().items():
             _log.warning("Managing systems run without %s on this system: %s.", name, reason)
-
-
-def prepare_all(specs: Sequence[RunSpec], *, progress: Stages | None = None) -> list[Resources]:
-    """Prepare several runs as `prepare` does, and render all their flights at once."""
-    if any(not spec.settings.live and not is_registered(spec.manager) for spec in specs):
-        start_server()
-    with FORKING:
-        models = [_usable_model(spec) for spec in specs]
-        paths = _find_flights(specs, progress)
-        opened = [_open(spec, model, path) for spec, model, path in zip(specs, models, paths, strict=True)]
-        total, done = sum(len(resources.bag) for resources in opened), 0
-        prepared = []
-        for spec, resources in zip(specs, opened, strict=True):
-            prepared.append(_with_thresholds(spec, resources, progress, done, total))
-            done += len(resources.bag)
-        return prepared
 
 
 def _usable_model(spec: RunSpec) -> Model:
@@ -162,7 +154,7 @@ def _with_thresholds(
 
     def measuring(done: int, _: int) -> None:
         if progress is not None:
-            progress(MEASURING, before + done, total)
+            progress("Measuring the flight", before + done, total)
 
     model, thresholds = fit_to_flight(
         resources.model,
@@ -220,11 +212,9 @@ def _find_flights(specs: Sequence[RunSpec], progress: Stages | None) -> list[Pat
     """Return the bags of runs; missing flights are rendered, and all are verified once a process."""
     plans = [flight_plan(spec) for spec in specs]
     places = {flight_place(plan): plan for plan in plans if plan is not None}
-    unknown = {
-        place: plan for place, plan in places.items() if not (place in _verified_flights and place.exists())
-    }
+    unknown = [place for place in places if not (place in _verified_flights and place.exists())]
     rendering = None if progress is None else partial(progress, RENDERING)
-    flight_bags(list(unknown.values()), progress=rendering)
+    flight_bags([places[place] for place in unknown], progress=rendering)
     _verified_flights.update(unknown)
     return [
         cast("Path", spec.flight.bag) if plan is None else flight_place(plan)

@@ -1,28 +1,35 @@
 """An experiment: from its specification to its record and its metrics."""
 
 import platform
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import onnxruntime
 from msgspec import UNSET, UnsetType
 from msgspec.structs import replace
 
-from sunset.errors import ExtensionError, ManagerError, MiddlewareError
-from sunset.experiments.manager import check_name, checksum_and_versions, isolate, manager_checksum
+from sunset.data import cache_folder
+from sunset.errors import ExtensionError, ManagerError, MiddlewareError, OutputError
+from sunset.experiments.manager import (
+    check_name,
+    checksum_and_versions,
+    isolate,
+    manager_checksum,
+    manager_spec_of,
+)
 from sunset.experiments.observer import Observer, shown_topics
-from sunset.experiments.parameters import known_scenario, manager_parameters
 from sunset.experiments.resources import Resources, flight_name, prepare, prepare_runs, warn_of_walls
-from sunset.experiments.settings import STORED, Settings
+from sunset.experiments.settings import STORED
 from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec, stored_faults
 from sunset.files.sources import package_version
 from sunset.harness.confined_manager import manager_process
-from sunset.harness.manager_process import ManagerSpec
+from sunset.harness.executor import is_at_once
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import Evidence, RunMetrics, Timeline, score
 from sunset.processes.calls import Watch
@@ -88,14 +95,8 @@ def run_prepared(
 ) -> StoredRun:
     """Run an experiment with the resources of `prepare`, its extensions loaded; as `run`.
 
-    Args:
-        spec: the run.
-        resources: the result of `prepare`.
-        folder: the record's folder.
-        log: as of `run`.
-        known: the checksum that the managing system's files must have; None for any.
-        wanted: whether images of a topic are kept, where any are; None for all.
-        played: commands of a record, which are played back; in the simulation.
+    The managing system's files must have the checksum `known`, if any. Where images are kept, `wanted` says of which
+    topics, if not of all. In the simulation, the commands `played` of a record are played back.
     """
     described = _describe(spec, resources)
     with RecordWriter(folder, images=spec.settings.images, wanted=wanted) as writer:
@@ -109,43 +110,29 @@ def run_prepared(
             *_unconfirmed(messages, spec.scenario, outcome.start_ns),
             *_unseen(observed),
         ]
-        stored = writer.close(_scored(described, outcome, reasons, outcome.shortfall(observed), figures))
+        if outcome.shortfall is not None:
+            slowness, lost = outcome.shortfall(observed)
+            reasons += [slowness] * bool(slowness)
+            described = replace(described, computer_kept_up=not slowness, frames_lost=lost)
+        record = replace(
+            described,
+            manager_checksum=outcome.checksum,
+            manager_versions=outcome.imported or UNSET,
+            manager_failed=outcome.failure or None,
+            evidence=outcome.evidence,
+            start_ns=outcome.start_ns,
+            metrics=figures.to_json(),
+            fault_outcomes=figures.outcomes,
+            valid=not reasons,
+            reason="; ".join(reasons),
+        )
+        stored = writer.close(record)
     return StoredRun(folder, stored, observed, figures, log_of(messages))
-
-
-def _scored(
-    described: RunRecord,
-    outcome: "_Outcome",
-    reasons: list[str],
-    shortfall: tuple[str, int] | None,
-    figures: RunMetrics,
-) -> RunRecord:
-    """Return the record of a finished run, with its figures, and with the reasons for which it is invalid."""
-    if shortfall is not None and shortfall[0]:
-        reasons = [*reasons, shortfall[0]]
-    return replace(
-        described,
-        manager_checksum=outcome.manager_checksum,
-        manager_versions=outcome.manager_versions or UNSET,
-        manager_failed=outcome.failure or None,
-        evidence=outcome.evidence,
-        start_ns=outcome.start_ns,
-        metrics=figures.to_json(),
-        fault_outcomes=figures.outcomes,
-        computer_kept_up=UNSET if shortfall is None else not shortfall[0],
-        frames_lost=UNSET if shortfall is None else shortfall[1],
-        valid=not reasons,
-        reason="; ".join(reasons),
-    )
 
 
 def _unconfirmed(messages: Sequence[RecordedMessage], scenario: Scenario, start_ns: int) -> Iterator[str]:
     """Yield which faults were refused, except those that the scenario executor reports at the injection."""
-    answered = {
-        fault.name
-        for fault in scenario.faults
-        if fault.at == 0 and fault.after is None and fault.profile.rise is None
-    }
+    answered = {fault.name for fault in scenario.faults if is_at_once(fault)}
     for recorded in messages:
         message = recorded.message
         if isinstance(message, FaultInjection) and not message.confirmed:
@@ -167,27 +154,22 @@ def record_failure(
     spec: RunSpec, resources: Resources, folder: Path, *, manager_checksum: str, reason: str
 ) -> None:
     """Write the record of a run whose managing system or extension failed: without messages or figures."""
+    failed = replace(
+        _describe(spec, resources),
+        manager_checksum=manager_checksum,
+        manager_failed=reason,
+        metrics=dict.fromkeys(RunMetrics.names()),
+        valid=False,
+        reason=reason.rstrip("."),
+    )
     with RecordWriter(folder) as writer:
-        writer.close(
-            replace(
-                _describe(spec, resources),
-                manager_checksum=manager_checksum,
-                manager_failed=reason,
-                metrics=dict.fromkeys(RunMetrics.names()),
-                valid=False,
-                reason=reason.rstrip("."),
-            )
-        )
+        writer.close(failed)
 
 
 def run_of_campaign(spec: RunSpec, folder: Path, known: str | None) -> None:
-    """Load the extensions and prepare the resources of a run, and do it as `record_run`."""
-    spec.load_extensions()
-    record_run(spec, prepare(spec), folder, known)
-
-
-def record_run(spec: RunSpec, resources: Resources, folder: Path, known: str | None) -> None:
     """Do a run; if its managing system, or a node of an extension, fails, write a record of the failure."""
+    spec.load_extensions()
+    resources = prepare(spec)
     try:
         run_prepared(spec, resources, folder, known=known)
     except (ManagerError, MiddlewareError, ExtensionError) as error:
@@ -198,27 +180,38 @@ def record_run(spec: RunSpec, resources: Resources, folder: Path, known: str | N
         record_failure(spec, resources, folder, manager_checksum=known or "", reason=str(error))
 
 
+def last_run() -> Path:
+    """Return the folder of the last run without a folder of its own, in the user's cache; it need not exist yet."""
+    return cache_folder() / "last-run"
+
+
+def keep_last_run(record: Path) -> Path:
+    """Move a record to `last_run`, in place of the earlier record, and return its folder."""
+    home = last_run()
+    try:
+        home.parent.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(home, ignore_errors=True)
+        shutil.move(record, home)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise OutputError(f"The record cannot be kept in {home}: {reason}; '--out DIR' keeps it.") from error
+    return home
+
+
 @dataclass(frozen=True)
 class _Outcome:
     """The results of a run besides its messages.
 
-    Attributes:
-        start_ns: the time of the injection, nanoseconds of the experiment's clock.
-        violations: the rules that the managing system broke, in words.
-        manager_checksum: of the managing system's files.
-        failure: how the managing system failed, in a sentence; empty if it did not.
-        evidence: whether the managing system looked at symptoms only, or at images.
-        manager_versions: of the distributions that the managing system imported when it was loaded.
-        shortfall: returns why the computer could not keep up, or nothing, and how many frames it lost; live.
+    Live, `shortfall` returns why the computer could not keep up, or nothing, and how many frames it lost.
     """
 
     start_ns: int
-    violations: tuple[str, ...]
-    manager_checksum: str
     failure: str
     evidence: Evidence
-    manager_versions: Mapping[str, str]
-    shortfall: Callable[[Timeline], tuple[str, int] | None] = lambda _: None
+    violations: Sequence[str]
+    checksum: str
+    imported: Mapping[str, str]
+    shortfall: Callable[[Timeline], tuple[str, int]] | None = None
 
 
 def _run_simulated(
@@ -230,25 +223,17 @@ def _run_simulated(
     known: str | None,
     played: Sequence[Command],
 ) -> _Outcome:
-    manager_spec = ManagerSpec(
-        manager=spec.manager,
-        limit_s=spec.settings.manager_limit_s,
-        variables=spec.settings.manager_env,
-        parameters=manager_parameters(spec, resources),
-        log=log,
-        scenario=known_scenario(spec, resources),
-    )
+    manager_spec = manager_spec_of(spec, resources, log=log)
     with manager_process(manager_spec) as manager:
         check_name(f"/{manager.loaded.node_name}", spec.manager)
 
-        def run_isolated(watch: Watch) -> dict[str, Any]:
+        def run_isolated(watch: Watch) -> tuple[int, str, Evidence, Sequence[str]]:
             with system_with(fault.name for fault in spec.scenario.faults):
                 observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
                 start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
             manager.process.kill()
             writer.hand_over()
-            outcome = {"start_ns": start_ns, "failure": failure, "evidence": observer.evidence}
-            return outcome | {"violations": tuple(observer.violations)}
+            return start_ns, failure, observer.evidence, observer.violations
 
         checksum = manager.checksum()
         _check_same(spec.manager, checksum, known)
@@ -256,38 +241,26 @@ def _run_simulated(
         outcome = isolate(spec, run_isolated, kept=manager.process.descriptors, nodes=nodes)
         _check_same(spec.manager, manager.checksum(), checksum)
     writer.take_over()
-    return _Outcome(**outcome, manager_checksum=checksum, manager_versions=manager.imported_versions())
+    return _Outcome(*outcome, checksum, manager.imported_versions())
 
 
 def _run_live(
     spec: RunSpec, resources: Resources, writer: RecordWriter, *, log: bool, known: str | None
 ) -> _Outcome:
-    from sunset.experiments import live_run  # noqa: PLC0415  needs an optional extra
+    from sunset.experiments.live_run import LiveWatch, run_live  # noqa: PLC0415  needs an optional extra
 
-    frames, settings = live_run.FrameCount(), spec.settings
-    checksum, imported = checksum_and_versions(spec.manager, settings)
+    checksum, imported = checksum_and_versions(spec.manager, spec.settings)
     _check_same(spec.manager, checksum, known)
     with system_with(fault.name for fault in spec.scenario.faults):
-        observer = Observer(
-            writer, shown=shown_topics(spec.manager), viewers=settings.viewers, task=settings.task
-        )
-        start_ns, failure = live_run.run_live(spec, resources, observer, frames, log=log)
-    _check_same(spec.manager, manager_checksum(spec.manager, settings), checksum)
+        watch = LiveWatch(spec, writer)
+        start_ns, failure = run_live(spec, resources, watch, log=log)
+    _check_same(spec.manager, manager_checksum(spec.manager, spec.settings), checksum)
 
     def shortfall(timeline: Timeline) -> tuple[str, int]:
         times = (start_ns, timeline, spec.timing)
-        return frames.shortfall(*times), frames.losses(*times)[1]
+        return watch.frames.shortfall(*times), watch.frames.losses(*times)[1]
 
-    ended = ("the managing system ended it before its time",) if frames.ended_early else ()
-    return _Outcome(
-        start_ns=start_ns,
-        violations=(*observer.violations, *ended),
-        manager_checksum=checksum,
-        failure=failure,
-        evidence=observer.evidence,
-        manager_versions=imported,
-        shortfall=shortfall,
-    )
+    return _Outcome(start_ns, failure, watch.evidence, watch.violations, checksum, imported, shortfall)
 
 
 def _check_same(manager: str, checksum: str, known: str | None) -> None:
@@ -299,8 +272,8 @@ def _check_same(manager: str, checksum: str, known: str | None) -> None:
 
 def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
     """Return the record of a run before it has a result: its full specification, without paths and wall clock."""
-    settings, card = spec.settings, resources.model.card
-    return RunRecord(
+    settings, card, timing, live = spec.settings, resources.model.card, spec.timing, spec.settings.live
+    described = RunRecord(
         scenario=spec.scenario.name,
         faults=stored_faults(resources.scenario, spec.scenario),
         suite=spec.suite,
@@ -313,54 +286,42 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         model=card.name,
         model_checksums={str(modality): network.digest for modality, network in card.networks.items()},
         device=resources.segmenter.device,
+        middleware=settings.middleware,
+        compute_s=UNSET if live else dict(current_system().compute_s),
+        jitter=UNSET if live else timing.jitter,
+        latency_s=UNSET if live else timing.latency_s,
+        speed=settings.speed if live else UNSET,
+        viewers=list(settings.viewers) or UNSET,
+        warm_up_s=timing.warm_up_s,
+        duration_s=timing.duration_s,
+        period_s=timing.period_s,
+        expected_frames=timing.expected_frames,
         entropy_threshold=card.entropy_threshold,
         sharpness_threshold=card.sharpness_threshold,
         extensions={extension.name: extension.checksum for extension in spec.extensions} or UNSET,
-        versions=versions() | (live_middleware(settings.middleware).versions() if settings.live else {}),
+        versions=versions() | (live_middleware(settings.middleware).versions() if live else {}),
         metrics={},
         valid=True,
         reason="",
-        **_settings_fields(settings),
-        **_flight_fields(spec, resources),
-        **_timing_fields(spec),
     )
+    stored = {name: getattr(settings, name) or UNSET for name in STORED}
+    return replace(_with_flight(described, spec, resources), **stored)
 
 
-def _settings_fields(settings: Settings) -> dict[str, Any]:
-    return {
-        "middleware": settings.middleware,
-        "speed": settings.speed if settings.live else UNSET,
-        "viewers": list(settings.viewers) or UNSET,
-        **{name: getattr(settings, name) or UNSET for name in STORED},
-    }
-
-
-def _flight_fields(spec: RunSpec, resources: Resources) -> dict[str, Any]:
+def _with_flight(described: RunRecord, spec: RunSpec, resources: Resources) -> RunRecord:
     bag = resources.bag
-    return {
-        "flight": flight_name(spec),
-        "flight_conditions": (not spec.flight.bag and spec.flight.conditions()) or UNSET,
-        "flight_warning": resources.warning or UNSET,
-        "bag_frames": len(bag),
-        "bag_checksum": resources.bag_checksum,
-        "bag_looped": spec.settings.loop,
-        "bag_size": list(bag.recorded_size),
-        "bag_dropped": sum(bag.dropped.values()),
-        "frame_size": list(bag.size),
-    }
-
-
-def _timing_fields(spec: RunSpec) -> dict[str, Any]:
-    timing, live = spec.timing, spec.settings.live
-    return {
-        "compute_s": UNSET if live else dict(current_system().compute_s),
-        "jitter": UNSET if live else timing.jitter,
-        "latency_s": UNSET if live else timing.latency_s,
-        "warm_up_s": timing.warm_up_s,
-        "duration_s": timing.duration_s,
-        "period_s": timing.period_s,
-        "expected_frames": timing.expected_frames,
-    }
+    return replace(
+        described,
+        flight=flight_name(spec),
+        flight_conditions=(not spec.flight.bag and spec.flight.conditions()) or UNSET,
+        flight_warning=resources.warning or UNSET,
+        bag_frames=len(bag),
+        bag_checksum=resources.bag_checksum,
+        bag_looped=spec.settings.loop,
+        bag_size=list(bag.recorded_size),
+        bag_dropped=sum(bag.dropped.values()),
+        frame_size=list(bag.size),
+    )
 
 
 def _missing_walls(manager: str) -> tuple[str, ...] | UnsetType:

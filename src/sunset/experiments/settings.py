@@ -20,8 +20,6 @@ from sunset_ros.rmw.backends import BACKENDS, LIVE, SIMULATED
 from sunset_ros.seeding import generator
 from sunset_ros.texts import shown
 
-MIDDLEWARES: Final = tuple(BACKENDS)
-
 _LONGEST_LIMIT_S: Final = 1_000_000
 """Twelve days, which a timer of the operating system can hold."""
 
@@ -181,7 +179,7 @@ class Settings:
         "middleware",
         "where the nodes run: "
         + "; ".join(f"{backend.name} = {backend.description}" for backend in BACKENDS.values()),
-        choices=MIDDLEWARES,
+        choices=tuple(BACKENDS),
     )
     speed: Annotated[float, Meta(ge=0.01, le=100, title="rate of a live run")] = _option(
         1.0, "rate", "live: seconds of /clock in a second", metavar="R"
@@ -199,9 +197,10 @@ class Settings:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if self.middleware not in MIDDLEWARES:
-            known = " or ".join(MIDDLEWARES)
-            raise InvalidInputError(f"The middleware must be {known}, got {self.middleware!r}.")
+        if self.middleware not in BACKENDS:
+            raise InvalidInputError(
+                f"The middleware must be {' or '.join(BACKENDS)}, got {self.middleware!r}."
+            )
         if self.task not in TASKS:
             raise InvalidInputError(f"The task must be {' or '.join(TASKS)}, got {shown(self.task)}.")
         if self.bag is not None and self.flight is not None:

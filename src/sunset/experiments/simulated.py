@@ -1,14 +1,20 @@
 """A simulated experiment: processes, the managing system, the observer."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from types import MappingProxyType
 from typing import TypeVar
 
 from sunset.errors import SunsetError
-from sunset.experiments.manager import bring_up_timeout_error, check_injection, check_name, node_error
+from sunset.experiments.manager import (
+    bring_up_timeout_error,
+    check_injection,
+    check_name,
+    node_error,
+    node_parameters,
+)
 from sunset.experiments.observer import Observer
-from sunset.experiments.parameters import node_parameters
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
 from sunset.harness.bag_player import BagPlayer
@@ -42,7 +48,6 @@ from sunset_ros.seeding import generator
 
 NodeFactory = Callable[[Context], Node]
 Around = Callable[[Callable[[], None]], None]
-"""Calls a callback."""
 NodeT = TypeVar("NodeT", bound=Node)
 
 _S = 10**9
@@ -50,13 +55,10 @@ _LAUNCH_NS = _S
 """Nodes start within this time, in turn, and the managing system within this time after the last node."""
 
 
-class SimulatedProcesses:
+class _Processes:
     """Processes of nodes in a simulation; a `ProcessHost`.
 
-    Args:
-        simulation: the simulation.
-        factories: node → its factory.
-        around: node → a wrapper that calls its callbacks, if the simulation does not call them directly.
+    `around` has wrappers that call the callbacks of nodes which the simulation does not call directly.
     """
 
     def __init__(
@@ -66,33 +68,25 @@ class SimulatedProcesses:
         around: Mapping[str, Around] = MappingProxyType({}),
     ) -> None:
         self._simulation = simulation
-        self._factories = dict(factories)
+        self._factories = factories
         self._around = around
         self._running: dict[str, SimProcess] = {}
-        self._handlers: list[Callable[[str], None]] = []
+        self.on_exit: Callable[[str], object] = lambda _: None
 
     def start(self, node: str) -> None:
-        """Start a new process for `node`."""
         self._running[node] = process = self._simulation.create_process(node, around=self._around.get(node))
         self._simulation.on_exit(process, lambda _: self._ended(node))
         bring_up(process, self._factories[node])
 
     def is_running(self, node: str) -> bool:
-        """Return whether the process of `node` exists."""
         return node in self._running
 
     def kill(self, node: str) -> None:
-        """End the process of `node` at once."""
         self._simulation.kill(self._running[node])
-
-    def on_exit(self, handler: Callable[[str], None]) -> None:
-        """Call `handler(node)` whenever a process has ended."""
-        self._handlers.append(handler)
 
     def _ended(self, node: str) -> None:
         del self._running[node]
-        for handler in self._handlers:
-            handler(node)
+        self.on_exit(node)
 
 
 class _SignOfLife(Tap):
@@ -116,6 +110,18 @@ def bring_up(process: SimProcess, factory: Callable[[Context], NodeT]) -> NodeT:
     return node
 
 
+@contextmanager
+def _blaming_nodes(spec: RunSpec, watch: Watch, *, starting: bool = False) -> Iterator[None]:
+    """Translate an exception of an extension's code in the node that runs."""
+    try:
+        yield
+    except BaseException as error:
+        blame = node_error(spec, watch.running, error, starting=starting)
+        if blame is None:
+            raise
+        raise blame from error
+
+
 def run_simulated(
     spec: RunSpec,
     resources: Resources,
@@ -133,47 +139,30 @@ def run_simulated(
         The time of the injection, nanoseconds of the simulated clock; and how the managing system has failed, in a
         sentence, empty if it has not.
     """
-    try:
-        return _run(spec, resources, watch, manager, observer, played=played)
-    except BaseException as error:
-        blame = node_error(spec, watch.running, error)
-        if blame is None:
-            raise
-        raise blame from error
-
-
-def _run(
-    spec: RunSpec,
-    resources: Resources,
-    watch: Watch,
-    manager: ManagerProcess,
-    observer: Observer,
-    *,
-    played: Sequence[Command],
-) -> tuple[int, str]:
     timing, system = spec.timing, current_system()
     compute = {full_name(node): seconds for node, seconds in system.compute_s.items()}
     simulation = Simulation(seed=spec.seed, compute=compute, jitter=timing.jitter, latency_s=timing.latency_s)
     simulation.add_tap(observer)
     simulation.add_tap(_SignOfLife(watch))
     around = {name: partial(watch.call_named, name) for name in system.nodes} if spec.extensions else {}
-    processes = SimulatedProcesses(simulation, _factories(spec, resources, watch), around)
-    supervisor = _start_conductors(simulation, processes, spec, resources)
-    nodes = (*system.nodes, *SURROUNDING)
-    for launch_ns, name in sorted((_launch_ns(spec.seed, name), name) for name in nodes):
-        simulation.run_until(launch_ns)
-        processes.start(name)
-    simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
-    failed = _let_in(manager, simulation, spec)
-    if played:
-        simulation.play_back(map(_request_of, played))
-    start_ns = _conduct(simulation, supervisor, spec, observer)
+    processes = _Processes(simulation, _factories(spec, resources, watch), around)
+    with _blaming_nodes(spec, watch):
+        supervisor = _start_conductors(simulation, processes, spec, resources)
+        nodes = (*system.nodes, *SURROUNDING)
+        for launch_ns, name in sorted((_launch_ns(spec.seed, name), name) for name in nodes):
+            simulation.run_until(launch_ns)
+            processes.start(name)
+        simulation.run_until(simulation.now + _launch_ns(spec.seed, MANAGER_PROCESS))
+        failed = _let_in(manager, simulation, spec)
+        if played:
+            simulation.play_back(map(_request_of, played))
+        start_ns = _conduct(simulation, supervisor, spec, observer)
     observer.finish(simulation.now)
     return start_ns, "".join(failed)
 
 
 def _start_conductors(
-    simulation: Simulation, processes: SimulatedProcesses, spec: RunSpec, resources: Resources
+    simulation: Simulation, processes: _Processes, spec: RunSpec, resources: Resources
 ) -> Supervisor:
     """Start the nodes that conduct the experiment, and return the supervisor."""
     timing, nodes = spec.timing, tuple(current_system().nodes)
@@ -263,28 +252,17 @@ def _factories(spec: RunSpec, resources: Resources, watch: Watch) -> dict[str, N
         "segmentation": partial(system.node_class("segmentation"), segmenter=resources.segmenter),
         BAG_PLAYER: partial(BagPlayer, reader=resources.bag),
     }
-    factories = {
-        name: _factory(given.get(name) or system.node_class(name), parameters.get(name, {}))
-        for name in (*system.nodes, *SURROUNDING)
-    }
-    if not spec.extensions:
-        return factories
-    return factories | {name: _watched(name, factories[name], watch, spec) for name in system.nodes}
 
+    def make(name: str, context: Context) -> Node:
+        values = parameters.get(name, {})
+        overrides = [Parameter(parameter, value=value) for parameter, value in values.items()]
+        node_class = given.get(name) or system.node_class(name)
+        return node_class(context=context, parameter_overrides=overrides)
 
-def _watched(name: str, factory: NodeFactory, watch: Watch, spec: RunSpec) -> NodeFactory:
-    def make(context: Context) -> Node:
-        try:
-            return watch.call_named(name, lambda: factory(context))
-        except BaseException as error:
-            blame = node_error(spec, name, error, starting=True)
-            if blame is None:
-                raise
-            raise blame from error
+    def make_watched(name: str, context: Context) -> Node:
+        with _blaming_nodes(spec, watch, starting=True):
+            return watch.call_named(name, lambda: make(name, context))
 
-    return make
-
-
-def _factory(node: Callable[..., Node], parameters: Mapping[str, bool | int | float | str]) -> NodeFactory:
-    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-    return lambda context: node(context=context, parameter_overrides=overrides)
+    watched = system.nodes if spec.extensions else ()
+    names = (*system.nodes, *SURROUNDING)
+    return {name: partial(make_watched if name in watched else make, name) for name in names}

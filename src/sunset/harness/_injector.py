@@ -1,18 +1,10 @@
 """Requests to managed nodes that inject a fault, and their outcome."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Final
 
-from sunset.system import (
-    FAULT_ACCESS,
-    NAMESPACE,
-    Adaptation,
-    AdaptationKind,
-    current_system,
-    full_name,
-)
+from sunset.system import FAULT_ACCESS, NAMESPACE, Adaptation, AdaptationKind, current_system, full_name
 from sunset_ros.client import AnyClient
 from sunset_ros.interfaces import Service
 from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
@@ -22,48 +14,42 @@ from sunset_ros.node import Node
 from sunset_ros.parameter import Parameter
 from sunset_ros.task import Future
 
-_SERVICES: Final = MappingProxyType(
-    {SetParameters: "set_parameters", ChangeState: "change_state", GetState: "get_state"}
-)
+_SERVICES: Final[dict[type[Service], str]] = {
+    SetParameters: "set_parameters",
+    ChangeState: "change_state",
+    GetState: "get_state",
+}
 _CONFIRMATION_S: Final = 2.0
 """How long a node may take to confirm an injection."""
-_TRANSITIONS: Final = MappingProxyType(
-    {
-        AdaptationKind.ACTIVATE: Transition.TRANSITION_ACTIVATE,
-        AdaptationKind.DEACTIVATE: Transition.TRANSITION_DEACTIVATE,
-    }
-)
+_TRANSITIONS: Final = {
+    AdaptationKind.ACTIVATE: Transition.TRANSITION_ACTIVATE,
+    AdaptationKind.DEACTIVATE: Transition.TRANSITION_DEACTIVATE,
+}
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The outcome of a step.
-
-    Attributes:
-        refusal: why it was not confirmed; empty if it was.
-        late: whether the node did not answer in time.
-        changed: whether the step has activated or deactivated a node.
-    """
+    """The outcome of a step."""
 
     refusal: str = ""
+    """Why it was not confirmed; empty if it was."""
     late: bool = False
+    """Whether the node did not answer in time."""
     changed: bool = False
+    """Whether the step has activated or deactivated a node."""
 
 
 class Injector:
-    """Sets parameters and changes the states of managed nodes for the scenario executor.
+    """Sets parameters and changes the states of managed nodes, of which `targets` are the names, for the executor."""
 
-    Args:
-        node: the scenario executor.
-        targets: short names of the nodes that injections may concern.
-    """
-
-    def __init__(self, node: Node, targets: tuple[str, ...]) -> None:
+    def __init__(self, node: Node, targets: Iterable[str]) -> None:
         self._node = node
-        self._callers: dict[str, AnyClient] = {}
-        for target in targets:
-            for service in _SERVICES:
-                self._caller(service, target)
+        # made before they are needed, so that they are matched by then
+        self._clients: dict[tuple[str, type[Service]], AnyClient] = {
+            (target, service): node.create_client(service, f"{NAMESPACE}/{target}/{name}")
+            for target in targets
+            for service, name in _SERVICES.items()
+        }
 
     def apply(self, step: Adaptation, *, access: bool = False) -> Future[Answer]:
         """Do a step of an injection; `access` says whether it changes or ends a fault that is there."""
@@ -90,12 +76,11 @@ class Injector:
         messages = [Parameter(name, value=value).to_parameter_msg() for name, value in names_and_values]
 
         def answered(future: Future[SetParameters.Response]) -> None:
-            response = future.result()
-            assert response is not None  # noqa: S101  the future is done
-            finish(Answer("; ".join(result.reason for result in response.results if not result.successful)))
+            results = (future.result() or SetParameters.Response()).results
+            finish(Answer("; ".join(result.reason for result in results if not result.successful)))
 
         request = SetParameters.Request(parameters=messages)
-        self._caller(SetParameters, step.node).call_async(request).add_done_callback(answered)
+        self._clients[step.node, SetParameters].call_async(request).add_done_callback(answered)
 
     def _change_state(self, step: Adaptation, finish: Callable[[Answer], None]) -> None:
         transition = Transition(id=_TRANSITIONS[step.kind], label=str(step.kind))
@@ -105,7 +90,8 @@ class Injector:
             if response is not None and response.success:
                 finish(Answer(changed=True))
             else:  # it may be so already
-                self._caller(GetState, step.node).call_async(GetState.Request()).add_done_callback(looked_at)
+                asked = self._clients[step.node, GetState].call_async(GetState.Request())
+                asked.add_done_callback(looked_at)
 
         def looked_at(future: Future[GetState.Response]) -> None:
             response = future.result()
@@ -113,10 +99,4 @@ class Injector:
             finish(Answer("" if is_so else f"{step.node} refused to be {step.kind}d"))
 
         request = ChangeState.Request(transition=transition)
-        self._caller(ChangeState, step.node).call_async(request).add_done_callback(answered)
-
-    def _caller(self, service: type[Service], node: str) -> AnyClient:
-        name = f"{NAMESPACE}/{node}/{_SERVICES[service]}"
-        if name not in self._callers:
-            self._callers[name] = self._node.create_client(service, name)
-        return self._callers[name]
+        self._clients[step.node, ChangeState].call_async(request).add_done_callback(answered)

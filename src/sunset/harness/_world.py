@@ -1,8 +1,13 @@
-"""The scenario executor's memory of the managed nodes, and of faults that outlast their processes."""
+"""The scenario executor's memory of its faults and of the managed nodes."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from itertools import count
+from math import inf
 
+from sunset.scenarios import ScenarioFault
 from sunset.system import (
+    PERIOD_S,
     STATE,
     Adaptation,
     AdaptationKind,
@@ -16,9 +21,118 @@ from sunset.system import (
     is_in_place,
 )
 
-_UP = frozenset({"inactive", "active"})
-_FIRST = "use_sim_time"
-"""The parameter that a node declares first."""
+Change = tuple[float, Value | None]
+"""Time in seconds of the measured time, and the strength from then on; None without the fault."""
+
+
+def course(fault: ScenarioFault, onset_s: float) -> Iterator[Change]:
+    """Yield the changes of a fault's strength in order of time; endlessly for an intermittent fault that stays.
+
+    The onset is in seconds of the measured time.
+
+    >>> list(course(ScenarioFault("gpu_failure", until=4.0), 2.0))
+    [(2.0, True), (4.0, None)]
+    """
+    end = inf if fault.until is None else fault.until
+    for time_s, value in _changes(fault, onset_s):
+        if time_s >= end:
+            break
+        yield time_s, value
+    if end < inf:
+        yield end, None
+
+
+def _changes(fault: ScenarioFault, onset_s: float) -> Iterator[Change]:
+    profile, full = fault.profile, fault.value
+    if full is None:
+        raise ValueError(f"The severity of {fault.name} has no strength yet.")
+    if profile.rise is not None and not isinstance(full, str):
+        yield from _growth(full, profile.rise, onset_s)
+    elif profile.on is not None and profile.off is not None:
+        for number in count():
+            begin = onset_s + number * (profile.on + profile.off)
+            yield begin, full
+            yield begin + profile.on, None
+    else:
+        yield onset_s, full
+
+
+def _growth(full: float, rise_s: float, onset_s: float) -> Iterator[Change]:
+    """Yield the changes of a strength that grows from 0, as often as frames come."""
+    steps = max(1, round(rise_s / PERIOD_S))
+    last: float = 0
+    for number in range(1, steps + 1):
+        share = full * number / steps
+        # a whole number has its least strength at once
+        value = (round(share) or (1 if full > 0 else -1)) if isinstance(full, int) else share
+        if value != last:
+            yield onset_s + rise_s * number / steps, value
+        last = value
+
+
+@dataclass(eq=False)
+class Occurrence:
+    """A fault of a scenario, and its state."""
+
+    plan: ScenarioFault
+    waiting: bool = False
+    """Its onset is due, and its node is not up."""
+    coming: bool = False
+    """Its injection was ordered, and is not confirmed yet."""
+    begun: bool = False
+    """It has come once."""
+    there: bool = False
+    over: bool = False
+    """It never comes again: it was cured, has healed for good, or could not be injected."""
+    changes: Iterator[Change] = field(default_factory=lambda: iter(()))
+    """The rest of its course."""
+    grown: Value | None = None
+    """The last strength that was set while it was there."""
+    activated: set[str] = field(default_factory=set)
+    """The nodes that its injection has activated."""
+
+    @property
+    def fault(self) -> Fault:
+        """The entry of the catalogue."""
+        return self.plan.fault
+
+    @property
+    def is_internal(self) -> bool:
+        """Whether it ends with its node's process."""
+        return self.fault.kind is FaultKind.INTERNAL
+
+    @property
+    def is_away(self) -> bool:
+        """Whether it comes and goes, and has gone for a while."""
+        return self.begun and not (self.coming or self.there or self.over)
+
+    @property
+    def is_cured_by_restart(self) -> bool:
+        """Whether a restart of its node cures it."""
+        return any(cure[0].kind is AdaptationKind.RESTART for cure in self.fault.cures if len(cure) == 1)
+
+    def is_cured_by(self, parameter: str, value: Value) -> bool:
+        """Return whether a value of a parameter of its node cures it."""
+        key = self.fault.node, parameter
+        wanted = key, comparable_text(key, value)
+        return any(goal_of(cure[0]) == wanted for cure in self.fault.cures if len(cure) == 1)
+
+    def injection(self, value: Value) -> tuple[Adaptation, ...]:
+        """Return the steps that inject it at a strength."""
+        return tuple(
+            replace(step, value=value) if step.parameter == self.fault.parameter else step
+            for step in self.fault.injection
+        )
+
+    def removal(self) -> tuple[Adaptation, ...]:
+        """Return the steps that remove it: they reset its parameter, and deactivate the nodes that it activated."""
+        fault = self.fault
+        steps = [
+            replace(step, value=fault.healthy)
+            for step in fault.injection
+            if step.parameter == fault.parameter
+        ]
+        return (*steps, *(Adaptation(AdaptationKind.DEACTIVATE, node) for node in sorted(self.activated)))
 
 
 class World:
@@ -67,7 +181,7 @@ class World:
     def see_value(self, node: str, parameter: str, value: Value, *, declared: bool) -> bool:
         """Note the value of a parameter; return whether it shows that the process is new."""
         self._values[node, parameter] = comparable_text((node, parameter), value)
-        if not declared or parameter != _FIRST:
+        if not declared or parameter != "use_sim_time":  # which a node declares first
             return False
         self._restart(node)
         self._states[node] = "unconfigured"
@@ -88,7 +202,7 @@ class World:
         if (start, goal) == ("deactivating", "inactive"):  # the node was removed on purpose
             self._lasting.pop(_key(Adaptation(AdaptationKind.ACTIVATE, node)), None)
             return []
-        if goal not in _UP:
+        if goal not in {"inactive", "active"}:
             return []
         return [
             step

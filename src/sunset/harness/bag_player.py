@@ -1,25 +1,33 @@
-"""The bag player: publishes the recorded flight."""
+"""The bag player, which publishes the recorded flight; live, it also gives the time."""
 
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, Final
 
 from sunset.errors import ParameterError
 from sunset.nodes.images import image_of_bgr, image_of_depth, image_of_labels
 from sunset.system import BAG_PLAYER, CLOCK_TOPIC, SENSOR_TOPICS, TRUTH_TOPIC
+from sunset_ros.clock import Clock
 from sunset_ros.interfaces.builtin_interfaces.msg import Time
 from sunset_ros.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-from sunset_ros.interfaces.rosgraph_msgs.msg import Clock
+from sunset_ros.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.interfaces.stamps import NS_PER_S, stamp_of
 from sunset_ros.interfaces.std_msgs.msg import Header
 from sunset_ros.interfaces.std_srvs.srv import Trigger
 from sunset_ros.node import Node
+from sunset_ros.time import ClockType
 
 if TYPE_CHECKING:
     from sunset.data import BagReader
     from sunset_ros.timer import Timer
+
+
+_FRAME_ID: Final = "camera"
+"""The frame of all images."""
+_TICK_S: Final = 0.01
+"""Time between two messages on `/clock` of a live system, as they show it."""
 
 
 class BagPlayer(Node):
@@ -41,13 +49,10 @@ class BagPlayer(Node):
         options: as of `Node`.
     """
 
-    node_name: ClassVar[str] = BAG_PLAYER
-    frame_id: ClassVar[str] = "camera"
-    """The frame of all images."""
     _speed = 1.0
 
     def __init__(self, *, reader: "BagReader | None" = None, **options: Any) -> None:
-        super().__init__(self.node_name, **options)
+        super().__init__(BAG_PLAYER, **options)
         self._declare_parameters()
         self._bag = reader or self._named_bag()
         self._range = self._chosen_frames()
@@ -55,22 +60,32 @@ class BagPlayer(Node):
         self._timer: Timer | None = None
         self._rgb, self._depth = (self.create_publisher(Image, topic, 10) for topic in SENSOR_TOPICS)
         self._truth = self.create_publisher(Image, TRUTH_TOPIC, 10)
-        self._time = self.create_publisher(Clock, CLOCK_TOPIC, 10)
+        self._time = self.create_publisher(ClockMessage, CLOCK_TOPIC, 10)
         self.create_service(Trigger, "~/start", self._on_start)
 
     def _declare_parameters(self) -> None:
-        whole = [IntegerRange(from_value=0, to_value=2**31 - 1)]
-        rate = [FloatingPointRange(from_value=0.1, to_value=1000.0)]
-        phase = [FloatingPointRange(from_value=0.0, to_value=60.0)]
         self._declare("bag", "", "a rosbag2 folder or file")
-        self._declare("start_frame", 0, "first frame that is played", integer_range=whole)
-        self._declare("frames", 0, "how many frames are played; 0 for all that follow", integer_range=whole)
+        self._declare("start_frame", 0, "first frame that is played", whole=2**31 - 1)
+        self._declare("frames", 0, "how many frames are played; 0 for all that follow", whole=2**31 - 1)
         self._declare("loop", False, "whether the bag's first frame follows its last")
-        self._declare("rate", 10.0, "frames per second", floating_point_range=rate)
-        self._declare("phase", 0.0, "seconds to the first frame", floating_point_range=phase)
+        self._declare("rate", 10.0, "frames per second", least=0.1, most=1000.0)
+        self._declare("phase", 0.0, "seconds to the first frame", most=60.0)
 
-    def _declare(self, name: str, default: float | str, description: str, **limits: Any) -> None:
-        descriptor = ParameterDescriptor(name=name, description=description, read_only=True, **limits)
+    def _declare(
+        self,
+        name: str,
+        default: float | str,
+        text: str,
+        *,
+        whole: int = 0,
+        least: float = 0.0,
+        most: float = 0.0,
+    ) -> None:
+        descriptor = ParameterDescriptor(name=name, description=text, read_only=True)
+        if whole:
+            descriptor.integer_range = [IntegerRange(from_value=0, to_value=whole)]
+        if most:
+            descriptor.floating_point_range = [FloatingPointRange(from_value=least, to_value=most)]
         self.declare_parameter(name, default, descriptor)
 
     def _value(self, name: str) -> Any:
@@ -130,15 +145,11 @@ class BagPlayer(Node):
             return
         frame = self._bag.frame(self._next % len(self._bag))
         stamp = self._stamp()
-        header = Header(stamp=stamp, frame_id=self.frame_id)
+        header = Header(stamp=stamp, frame_id=_FRAME_ID)
         self._truth.publish(image_of_labels(header, frame.labels))
         self._rgb.publish(image_of_bgr(header, frame.rgb))
         self._depth.publish(image_of_depth(header, frame.depth))
-        self._describe(header)
         self._next += 1
-
-    def _describe(self, header: Header) -> None:
-        """Publish a frame's other messages."""
 
     def _stamp(self) -> Time:
         """Publish the time of the next frame on `/clock`, and return it."""
@@ -147,5 +158,43 @@ class BagPlayer(Node):
         span_ns = int(stamps[-1] - stamps[0])
         period_ns = span_ns // (len(stamps) - 1) if span_ns else round(NS_PER_S / self._value("rate"))
         stamp = stamp_of(int(stamps[number]) + laps * (span_ns + period_ns))
-        self._time.publish(Clock(clock=stamp))
+        self._time.publish(ClockMessage(clock=stamp))
         return stamp
+
+
+class LiveBagPlayer(BagPlayer):
+    """Publishes `/clock` a hundred times a second from its start on, and stamps frames with that time.
+
+    Parameters besides `BagPlayer`'s, whose times are of `/clock`:
+        width, height: the size of the frames; 0 for the bag's.
+        speed: seconds of `/clock` in a second.
+        origin_ns: the system's time, nanoseconds since 1970, at which `/clock` is 0; 0 for the player's start.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._speed = float(self._value("speed"))
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME, context=self.context)
+        began_ns = self.get_clock().now().nanoseconds
+        # the steady clock never jumps
+        self._offset_ns = began_ns - (self._value("origin_ns") or began_ns) - self._steady.now_ns()
+        # not by /clock, which this node publishes: it would never begin
+        self.create_timer(_TICK_S / self._speed, self._tick, clock=self._steady)
+
+    def _declare_parameters(self) -> None:
+        super()._declare_parameters()
+        self._declare("width", 0, "width of the frames in pixels; 0 for the bag's", whole=2**14)
+        self._declare("height", 0, "height of the frames in pixels; 0 for the bag's", whole=2**14)
+        self._declare("speed", 1.0, "seconds of /clock in a second", least=0.01, most=100.0)
+        self._declare("origin_ns", 0, "system time at which /clock is 0; 0 for the start of this node")
+
+    def _size(self) -> tuple[int, int] | None:
+        size = (self._value("height"), self._value("width"))
+        return size if all(size) else None
+
+    def _stamp(self) -> Time:
+        # 0 means on /clock that there is no time yet
+        return stamp_of(max(1, round((self._steady.now_ns() + self._offset_ns) * self._speed)))
+
+    def _tick(self) -> None:
+        self._time.publish(ClockMessage(clock=self._stamp()))

@@ -25,14 +25,7 @@ from sunset.harness.manager_process import (
     receive_loaded,
     run_manager,
 )
-from sunset.managing import (
-    MANAGERS,
-    ORACLE,
-    PREFIX,
-    checksum,
-    is_registered,
-    parse_command,
-)
+from sunset.managing import MANAGERS, ORACLE, PREFIX, checksum, is_registered, parse_command
 from sunset.managing.command import Command
 from sunset.managing.sources import manager_code, manager_data
 from sunset.processes.calls import Patience
@@ -70,15 +63,7 @@ def _versions(module: str) -> tuple[tuple[str, str], ...]:
 
 
 class ManagerProcess:
-    """A managing system that has been loaded in a process of its own.
-
-    Attributes:
-        manager: its name, as of `load_manager`.
-        loaded: its description.
-        pipe: the connection to it.
-        process: its process.
-        longest_s: seconds of wall time that loading it, and each of its callbacks, may take.
-    """
+    """A managing system that has been loaded in a process of its own."""
 
     def __init__(self, spec: ManagerSpec, process: Process) -> None:
         self.manager = spec.manager
@@ -86,6 +71,7 @@ class ManagerProcess:
         self.process = process
         self._patience = Patience(spec.limit_s, live=spec.live)
         self.longest_s = self._patience.longest_s
+        """Seconds of wall time that loading it, and each of its callbacks, may take."""
         try:
             self.loaded: LoadedManager = receive_loaded(self.pipe, time.monotonic() + self.longest_s)
         except PipeError as error:
@@ -122,11 +108,7 @@ class ManagerProcess:
         return dict(pair for module in self.loaded.modules for pair in _versions(module))
 
     def describe(self, failure: PipeError, consequence: str) -> str:
-        """Return in a sentence how it has failed, and end it.
-
-        Args:
-            failure: the error of the pipe.
-            consequence: of the failure for the managing system, such as `cannot be loaded`.
+        """Return in a sentence how it has failed, with the consequence, such as `cannot be loaded`, and end it.
 
         Raises:
             SunsetError: the process of one of SUNSET's managing systems has ended, so the computer must be the reason.
@@ -153,15 +135,11 @@ class ManagerProcess:
 
 
 @contextmanager
-def manager_process(spec: ManagerSpec, *, describes_types: bool = False) -> Iterator[ManagerProcess]:
+def manager_process(spec: ManagerSpec) -> Iterator[ManagerProcess]:
     """Load a managing system in a process of its own, which ends with the context.
 
     The process is forked from a clean server, and sees of its user's files only those of the managing system. A class
     that was passed in Python exists only in this process, and runs in a copy of it.
-
-    Args:
-        spec: the managing system.
-        describes_types: whether its node describes its types to other nodes.
 
     Raises:
         ManagerError: it cannot be loaded.
@@ -175,7 +153,7 @@ def manager_process(spec: ManagerSpec, *, describes_types: bool = False) -> Iter
                 "leave out its --manager-env."
             )
     try:
-        process = _start(spec, describes_types)
+        process = _start(spec)
     except OSError as error:
         raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error
     with process:
@@ -197,7 +175,7 @@ def run_confined(spec: ManagerSpec, context: Context, *, occasion: str) -> str:
     middleware = context.middleware
     failures: list[str] = []
     moment = "could not be constructed"
-    with manager_process(spec, describes_types=middleware.describes_types) as process:
+    with manager_process(replace(spec, describes_types=middleware.describes_types)) as process:
         is_wanted = context.ok()
 
         def leave() -> None:
@@ -222,7 +200,7 @@ def run_confined(spec: ManagerSpec, context: Context, *, occasion: str) -> str:
     return "".join(failures)
 
 
-def _start(spec: ManagerSpec, describes_types: bool) -> Process:
+def _start(spec: ManagerSpec) -> Process:
     """Start the process of a managing system."""
     name = str(_command(spec.manager) or spec.manager)
     task = ManagerTask(
@@ -230,7 +208,6 @@ def _start(spec: ManagerSpec, describes_types: bool) -> Process:
         folder=str(Path.cwd()),
         extensions=tuple(extension.where for extension in loaded_extensions()),
         environment={name: os.environ[name] for name in spec.variables},
-        describes_types=describes_types,
     )
     if is_registered(spec.manager):
         return copy_process(run_manager, task)
@@ -256,42 +233,36 @@ def _view(manager: str) -> View:
 def _check_shown(manager: str, places: Iterable[Path], files: Iterable[Path]) -> None:
     """Refuse a managing system that would see how its decisions are measured.
 
-    Args:
-        manager: its name.
-        places: the files and folders that its process may read, besides installed packages.
-        files: the data files among them and in its folders.
+    Its process may read `places`, besides installed packages; `files` are the data files among them and in its folders.
     """
     cache = cache_folder().resolve()
-    for place in places:
-        real = place.resolve()
-        if cache.is_relative_to(real) or real.is_relative_to(cache):
-            raise _refusal(manager, place, f"and {cache} is where SUNSET keeps flights and their labels")
-        if any(real.is_relative_to(folder) for folder in _SYSTEM):
-            raise _refusal(manager, place, "which tells of the computer and its processes")
-    for file in files:
-        real = file.resolve()
-        if real.suffix in _BAGS:
-            raise _refusal(manager, file, "which is a bag")
-        if real.name in {RUN_FILE, PLAN_FILE}:
-            raise _refusal(manager, file, "which is of the record of a run")
-        if _is_scenario(real):
-            raise _refusal(manager, file, "which is a scenario")
 
+    def of_place(place: Path) -> str:
+        if cache.is_relative_to(place) or place.is_relative_to(cache):
+            return f"and {cache} is where SUNSET keeps flights and their labels"
+        if any(place.is_relative_to(folder) for folder in _SYSTEM):
+            return "which tells of the computer and its processes"
+        return ""
 
-def _refusal(manager: str, place: Path, reason: str) -> ManagerError:
-    return ManagerError(
-        f"The managing system {manager} names {place}, {reason}: keep its files in a folder of their own."
-    )
+    def of_file(file: Path) -> str:
+        if file.suffix in _BAGS:
+            return "which is a bag"
+        if file.name in {RUN_FILE, PLAN_FILE}:
+            return "which is of the record of a run"
+        return "which is a scenario" if _is_scenario(file) else ""
+
+    for judge, paths in ((of_place, places), (of_file, files)):
+        for path in paths:
+            if reason := judge(path.resolve()):
+                raise ManagerError(
+                    f"The managing system {manager} names {path}, {reason}: keep its files in a folder of their own."
+                )
 
 
 def _is_scenario(file: Path) -> bool:
-    if not is_scenario_file(file):
-        return False
-    try:
-        load_scenario(file)
-    except ScenarioError:
-        return False
-    return True
+    with suppress(ScenarioError):
+        return is_scenario_file(file) and bool(load_scenario(file))
+    return False
 
 
 def _command(manager: str) -> Command | None:

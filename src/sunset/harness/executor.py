@@ -6,9 +6,9 @@ from functools import partial
 from typing import Any, cast
 
 from sunset.harness._injector import Answer, Injector
-from sunset.harness._occurrence import Occurrence, course
-from sunset.harness._world import World
+from sunset.harness._world import Occurrence, World, course
 from sunset.nodes.base import call_later
+from sunset.scenarios import ScenarioFault
 from sunset.scenarios.loading import load_scenario
 from sunset.scenarios.schema import Scenario
 from sunset.system import (
@@ -35,6 +35,11 @@ from sunset_ros.interfaces.std_srvs.srv import Trigger
 from sunset_ros.node import Node
 from sunset_ros.parameter import Parameter
 from sunset_ros.task import Future
+
+
+def is_at_once(fault: ScenarioFault) -> bool:
+    """Return whether a fault comes when the measured time begins, at full strength."""
+    return fault.at == 0 and fault.after is None and fault.profile.rise is None
 
 
 class ScenarioExecutor(Node):
@@ -69,15 +74,12 @@ class ScenarioExecutor(Node):
         name = self.declare_parameter("scenario", scenario.name if scenario else "", described).value
         self.scenario = scenario or load_scenario(cast("str", name))
         self._world = World()
-        self._played: tuple[Occurrence, ...] = ()
+        self._played: list[Occurrence] = []
         self._start_ns = 0
         self._injections = self.create_publisher(FaultInjection, INJECTIONS_TOPIC, 100)
         self._ends = self.create_publisher(FaultEnd, FAULT_ENDS_TOPIC, 100)
-        targets = tuple(
-            dict.fromkeys(step.node for fault in current_system().faults.values() for step in fault.injection)
-        )
-        # made before they are needed, so that they are matched by then
-        self._injector = Injector(self, targets)
+        steps = (step for fault in current_system().faults.values() for step in fault.injection)
+        self._injector = Injector(self, dict.fromkeys(step.node for step in steps))
         for node in current_system().nodes:
             topic = f"{NAMESPACE}/{node}/transition_event"
             self.create_subscription(TransitionEvent, topic, partial(self._on_transition, node), 10)
@@ -89,17 +91,10 @@ class ScenarioExecutor(Node):
         del request
         self._start_ns = self.get_clock().now().nanoseconds
         self._world.settle()
-        self._played = tuple(map(Occurrence, self.scenario.faults))
-        first = [occurrence for occurrence in self._played if occurrence.plan.after is None]
-        due = [
-            occurrence
-            for occurrence in first
-            if occurrence.plan.at == 0
-            and occurrence.plan.profile.rise is None
-            and not self._must_wait(occurrence)
-        ]
-        for occurrence in first:
-            if occurrence not in due:
+        self._played = list(map(Occurrence, self.scenario.faults))
+        due = [each for each in self._played if is_at_once(each.plan) and not self._must_wait(each)]
+        for occurrence in self._played:
+            if occurrence.plan.after is None and occurrence not in due:
                 self._at(occurrence.plan.at, partial(self._come, occurrence))
         answers = [(occurrence, self._is_up(occurrence), self._begin(occurrence)) for occurrence in due]
         problems = []
@@ -160,12 +155,10 @@ class ScenarioExecutor(Node):
         occurrence.changes = course(occurrence.plan, self._seconds())
         time_s, value = next(occurrence.changes)
 
-        def begin() -> None:
-            self._set(occurrence, value).add_done_callback(
-                lambda future: outcome.set_result(future.result() or Answer())
-            )
+        def answered(future: Future[Answer]) -> None:
+            outcome.set_result(future.result() or Answer())
 
-        self._at(time_s, begin)
+        self._at(time_s, lambda: self._set(occurrence, value).add_done_callback(answered))
         return outcome
 
     def _set(self, occurrence: Occurrence, value: Value | None) -> Future[Answer]:
@@ -263,14 +256,10 @@ class ScenarioExecutor(Node):
         start, goal = event.start_state.label, event.goal_state.label
         if self._world.see_transition(node, start, goal):
             self._on_process_end(node)
-        for step in self._world.after_transition(node, start, goal):
-            self._restore(step)
+        self._restore(self._world.after_transition(node, start, goal))
         for occurrence in self._of(node):
-            if (
-                (start, goal) == ("activating", "active")
-                and occurrence.is_away
-                and occurrence.is_cured_by_restart
-            ):
+            is_restart = (start, goal) == ("activating", "active")
+            if is_restart and occurrence.is_away and occurrence.is_cured_by_restart:
                 self._end(occurrence, f"restart {node}")
             elif occurrence.waiting and self._world.is_settled(node):
                 self._come(occurrence)
@@ -290,22 +279,17 @@ class ScenarioExecutor(Node):
     def _on_change(self, node: str, parameter: str, value: Value) -> None:
         """Restore steps, and end or remove faults, after a parameter got a new value."""
         done = f"set {node}.{parameter} to {ros_text(value)}"
-        for step in self._world.after_change_to(node, parameter, value):
-            self._restore(step)
+        self._restore(self._world.after_change_to(node, parameter, value))
         for occurrence in self._of(node):
-            if (
-                occurrence.there
-                and parameter == occurrence.fault.parameter
-                and value == occurrence.fault.healthy
-            ):
-                self._end(occurrence, self._world.cause_of(occurrence.fault, done))
+            fault = occurrence.fault
+            if occurrence.there and (parameter, value) == (fault.parameter, fault.healthy):
+                self._end(occurrence, self._world.cause_of(fault, done))
             elif occurrence.is_away and occurrence.is_cured_by(parameter, value):
                 self._end(occurrence, done)
-        its_own = [occurrence for occurrence in self._of(node) if parameter == occurrence.fault.parameter]
-        if all(occurrence.has_left or occurrence.is_due for occurrence in its_own):
+        its_own = [each for each in self._of(node) if parameter == each.fault.parameter]
+        if not any(each.coming or each.there for each in its_own):
             # an order from before the cure was seen may take effect after it
-            late = next((occurrence for occurrence in its_own if occurrence.grown == value), None)
-            if late is not None:
+            for late in [each for each in its_own if each.grown == value][:1]:
                 self._apply(late, late.removal(), access=True)
         for occurrence in self._played:
             is_configuration = occurrence.fault.kind is FaultKind.CONFIGURATION
@@ -318,15 +302,13 @@ class ScenarioExecutor(Node):
                 self._end(occurrence, f"redeploy {node}")
 
     def _of(self, node: str) -> list[Occurrence]:
-        return [
-            occurrence
-            for occurrence in self._played
-            if occurrence.is_internal and occurrence.fault.node == node
-        ]
+        """Return the faults in a node."""
+        return [each for each in self._played if each.is_internal and each.fault.node == node]
 
-    def _restore(self, step: Adaptation) -> None:
-        """Repeat a step of an injection; if it fails, the node's next transition repeats it."""
-        self._injector.apply(step)
+    def _restore(self, steps: Iterable[Adaptation]) -> None:
+        """Repeat steps of injections; if one fails, the node's next transition repeats it."""
+        for step in steps:
+            self._injector.apply(step)
 
     def _seconds(self) -> float:
         """Return the measured time."""
@@ -350,8 +332,6 @@ class ScenarioExecutor(Node):
 
     def _publish_end(self, occurrence: Occurrence, cause: str) -> None:
         """Publish that a fault has ended; the cause is empty if it healed."""
-        fault = occurrence.fault
-        now = self.get_clock().now().to_msg()
-        self._ends.publish(
-            FaultEnd(stamp=now, fault=fault.name, node=full_name(fault.node), healed=not cause, cause=cause)
-        )
+        now, fault = self.get_clock().now().to_msg(), occurrence.fault
+        node = full_name(fault.node)
+        self._ends.publish(FaultEnd(stamp=now, fault=fault.name, node=node, healed=not cause, cause=cause))

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from sunset.system import DIAGNOSTICS_TOPIC, NAMESPACE
+from sunset.system import NAMESPACE
 from sunset.system_interfaces.srv import Redeploy
 from sunset.texts.names import base_name
 from sunset_ros.client import AnyClient
@@ -21,6 +21,9 @@ _GRACE_S = 1.0
 class ProcessHost(Protocol):
     """Starts and ends the processes of nodes, which are simulated or of the operating system."""
 
+    on_exit: Callable[[str], object]
+    """Called with the node whenever a process has ended."""
+
     def start(self, node: str) -> None:
         """Start a new process for `node`, a short name such as `camera`; it must not be running."""
 
@@ -30,9 +33,6 @@ class ProcessHost(Protocol):
     def kill(self, node: str) -> None:
         """End the process of `node` at once."""
 
-    def on_exit(self, handler: Callable[[str], None]) -> None:
-        """Call `handler(node)` whenever a process has ended."""
-
 
 class Launcher(Node):
     """Serves `/launcher/redeploy`: lifecycle shutdown, end of the process, a new process.
@@ -41,9 +41,6 @@ class Launcher(Node):
     `lifecycle_activation_delay` before it is active (paper, section 3.4), from the moment at which it knows the time.
     Live, the end of the old process and the start of the new process take a fraction of a second more; simulated, they
     take no time.
-
-    A node that another program has started after its process here had ended is not redeployed, since there would be
-    two nodes of this name.
     """
 
     def __init__(self, host: ProcessHost, nodes: Sequence[str], *, context: Context | None = None) -> None:
@@ -51,12 +48,10 @@ class Launcher(Node):
         self._host = host
         self._nodes = tuple(nodes)
         self._redeploying: dict[str, Timer] = {}
-        self._past: dict[str, frozenset[tuple[int, ...]]] = {}
-        """Node → its `_outputs` when its last process ended; the graph keeps those of a killed process for seconds."""
         self._shutdown_clients: dict[str, AnyClient] = {
             node: self.create_client(ChangeState, f"{NAMESPACE}/{node}/change_state") for node in nodes
         }
-        host.on_exit(self._on_exit)
+        host.on_exit = self._on_exit
         self.create_service(Redeploy, "~/redeploy", self._redeploy)
 
     def _redeploy(self, request: Redeploy.Request, response: Redeploy.Response) -> Redeploy.Response:
@@ -67,41 +62,21 @@ class Launcher(Node):
                 f"{suggestion(node, self._nodes)}name one of {', '.join(self._nodes)}."
             )
             return response
-        response.success = True
-        is_running = self._host.is_running(node)
-        if not is_running and self._outputs(node) - self._past.get(node, frozenset()):
-            response.success = False
-            response.message = (
-                f"{node} runs in a process that the launcher has not started: shut it down through its lifecycle, "
-                "and redeploy it then."
-            )
-        elif node in self._redeploying:
-            response.success = False
+        response.success = node not in self._redeploying
+        if not response.success:
             response.message = f"{node} is being redeployed already."
-        elif not is_running:
+        elif not self._host.is_running(node):
             self._host.start(node)
             response.message = f"{node} was not running and is started."
         else:
-            self._shut_down(node)
+            # the end of the process cancels the timer
+            self._redeploying[node] = self.create_timer(_GRACE_S, lambda: self._host.kill(node))
+            shutdown = ChangeState.Request(transition=Transition(label="shutdown"))
+            self._shutdown_clients[node].call_async(shutdown)
             response.message = f"{node} is shut down and started again."
         return response
 
-    def _outputs(self, node: str) -> frozenset[tuple[int, ...]]:
-        """Return the identities of the publishers of a node's heartbeat, in any process."""
-        return frozenset(
-            info.endpoint_gid
-            for info in self.get_publishers_info_by_topic(DIAGNOSTICS_TOPIC)
-            if (info.node_namespace, info.node_name) == (NAMESPACE, node)
-        )
-
-    def _shut_down(self, node: str) -> None:
-        # the end of the process cancels the timer
-        self._redeploying[node] = self.create_timer(_GRACE_S, lambda: self._host.kill(node))
-        request = ChangeState.Request(transition=Transition(label="shutdown"))
-        self._shutdown_clients[node].call_async(request)
-
     def _on_exit(self, node: str) -> None:
-        self._past[node] = self._outputs(node)
         if node in self._redeploying:
             self.destroy_timer(self._redeploying.pop(node))
             self._host.start(node)

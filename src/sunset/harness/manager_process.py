@@ -7,21 +7,15 @@ import socket
 import sys
 import traceback
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 
 from sunset.errors import ExtensionError, ManagerError
 from sunset.files.sources import LIBRARIES
-from sunset.managing import (
-    KnownScenario,
-    ManagingSystem,
-    Oracle,
-    Program,
-    is_registered,
-    load_manager,
-)
+from sunset.managing import KnownScenario, ManagingSystem, Oracle, Program, is_registered, load_manager
 from sunset.system import load_extension
 from sunset.system.vocabulary import Value
 from sunset.texts.sentences import described_error, line_text
@@ -35,69 +29,52 @@ ENTRY: Final = f"{__name__}:run_manager"
 
 
 class ManagerSpec(msgspec.Struct, frozen=True, kw_only=True):
-    """A managing system, and how it runs.
-
-    Attributes:
-        manager: its name, as of `load_manager`.
-        limit_s: how long loading it, and each of its callbacks, may take, as of `Patience`.
-        variables: names of the user's environment variables that it gets.
-        parameters: of its node, by name.
-        log: whether its log goes to stderr, too.
-        live: whether the run is live, so that repeated messages go there each time.
-        scenario: the run's scenario, which only the oracle gets.
-    """
+    """A managing system, and how it runs."""
 
     manager: str
+    """Its name, as of `load_manager`."""
     limit_s: float
+    """How long loading it, and each of its callbacks, may take, as of `Patience`."""
     variables: tuple[str, ...] = ()
+    """Names of the user's environment variables that it gets."""
     parameters: dict[str, Value] = {}
+    """Of its node, by name."""
     log: bool = False
+    """Whether its log goes to stderr, too."""
     live: bool = False
+    """Whether the run is live, so that repeated messages go there each time."""
     scenario: KnownScenario | None = None
+    """The run's scenario, which only the oracle gets."""
+    describes_types: bool = False
+    """Whether its node describes its types to other nodes."""
 
 
 class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
-    """The task of a managing system's process.
-
-    Attributes:
-        spec: the managing system.
-        folder: the folder of relative paths in its name.
-        extensions: of the managed system.
-        environment: its environment variables; messages do not contain their values.
-        describes_types: whether its node describes its types to other nodes.
-    """
+    """The task of a managing system's process."""
 
     spec: ManagerSpec
     folder: str
+    """The folder of relative paths in its name."""
     extensions: tuple[str, ...]
     environment: dict[str, str]
-    describes_types: bool
+    """Its environment variables; messages do not contain their values."""
 
 
-class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
-    """The description of a loaded managing system.
+class LoadedManager(msgspec.Struct, frozen=True):
+    """The description of a loaded managing system, or the reason why it, or an extension, cannot be loaded."""
 
-    Attributes:
-        node_name: of its node.
-        modules: the installed modules that it has imported, by the first parts of their names.
-    """
-
-    node_name: str
+    node_name: str = ""
     modules: tuple[str, ...] = ()
-
-
-class RefusedManager(msgspec.Struct, frozen=True, tag="refused"):
-    """The reason why a managing system, or an extension of the managed system, cannot be loaded."""
-
-    reason: str
-    extension: bool
+    """The installed modules that it has imported, by the first parts of their names."""
+    refusal: str = ""
+    is_extension: bool = False
 
 
 _SECRET: Final = 4
 """A shorter value cannot be a key, and might be a part of other words."""
 
 _encode = msgspec.msgpack.encode
-_decode = msgspec.msgpack.Decoder(LoadedManager | RefusedManager).decode
+_decode = msgspec.msgpack.Decoder(LoadedManager).decode
 
 
 def receive_loaded(pipe: Pipe, end_s: float) -> LoadedManager:
@@ -109,16 +86,16 @@ def receive_loaded(pipe: Pipe, end_s: float) -> LoadedManager:
         PipeError: the process sends nothing, or an invalid message.
     """
     try:
-        message: LoadedManager | RefusedManager = _decode(pipe.receive(end_s))
+        message = _decode(pipe.receive(end_s))
     except msgspec.DecodeError as error:
         raise PipeError(f"sent what is not of the protocol: {error}") from error
-    if isinstance(message, RefusedManager) and message.extension:
+    if message.refusal and message.is_extension:
         raise ExtensionError(
-            f"{shorten(message.reason)} That is so in the process of the managing system, which sees the Python files "
+            f"{shorten(message.refusal)} That is so in the process of the managing system, which sees the Python files "
             "beside the extension, no other file and no variable of the environment: write into the file what it needs."
         )
-    if isinstance(message, RefusedManager):
-        raise ManagerError(shorten(message.reason))
+    if message.refusal:
+        raise ManagerError(shorten(message.refusal))
     return message
 
 
@@ -131,7 +108,7 @@ def run_manager(connection: socket.socket, task: object) -> None:
         manager_class, loaded = _load(order)
     except (ManagerError, ExtensionError) as error:
         reason = _without_values(str(error), order)
-        pipe.send(_encode(RefusedManager(reason, isinstance(error, ExtensionError))))
+        pipe.send(_encode(LoadedManager(refusal=reason, is_extension=isinstance(error, ExtensionError))))
         return
     pipe.send(_encode(loaded))
 
@@ -139,15 +116,15 @@ def run_manager(connection: socket.socket, task: object) -> None:
         context = Context()
         context.init([], middleware=process, log_to_stderr=spec.log, log_once=not spec.live)
         overrides = [Parameter(name, value=value) for name, value in spec.parameters.items()]
-        options: dict[str, Any] = {"scenario": spec.scenario} if manager_class is Oracle else {}
-        manager = manager_class(context=context, parameter_overrides=overrides, **options)
+        make = partial(Oracle, scenario=spec.scenario) if manager_class is Oracle else manager_class
+        manager = make(context=context, parameter_overrides=overrides)
         process.defer(manager.symptoms_subscription.handle)
         SingleThreadedExecutor(context=context).add_node(manager)
 
     def describe(error: BaseException) -> str:
         return _without_values(_description(manager_class, error), order)
 
-    RemoteProcess(pipe, construct, describe, describes_types=order.describes_types).serve()
+    RemoteProcess(pipe, construct, describe, describes_types=spec.describes_types).serve()
 
 
 def _load(order: ManagerTask) -> tuple[type[ManagingSystem], LoadedManager]:

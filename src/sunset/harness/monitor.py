@@ -1,6 +1,5 @@
 """The monitor: collects the symptoms of the managed system for the managing system."""
 
-from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Final
 
@@ -20,17 +19,10 @@ from sunset.system import (
 from sunset.system_interfaces.msg import SetBlackboardGroup
 from sunset_ros.interfaces import Message, get_message
 from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset_ros.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset_ros.node import Node
 from sunset_ros.parameter import Parameter
 
 _PERIOD_S: Final = 0.1
-
-
-@dataclass
-class _Node:
-    heartbeats: Rate = field(default_factory=Rate)
-    state: str = ""
 
 
 class Monitor(Node):
@@ -51,9 +43,9 @@ class Monitor(Node):
         super().__init__("monitor", **options)
         self._topics: dict[str, Rate] = {}
         self._managed = current_system().nodes
-        self._nodes: dict[str, _Node] = {}
+        self._heartbeats: dict[str, Rate] = {}
+        self._states: dict[str, str] = {}
         self._values: dict[str, MovingMean | bool | str] = {}
-        self._shown: dict[str, tuple[object, ParameterMessage]] = {}
         for topic in current_system().topics.values():
             note = partial(self._note, topic.name)
             self.create_subscription(get_message(topic.message_type), full_name(topic.name), note, 10)
@@ -71,9 +63,8 @@ class Monitor(Node):
             name = status.hardware_id
             if name not in self._managed:
                 continue  # anything may publish on this topic
-            node = self._nodes.setdefault(name, _Node())
-            node.heartbeats.note(now)
-            node.state = status.message
+            self._heartbeats.setdefault(name, Rate()).note(now)
+            self._states[name] = status.message
             for item in status.values:
                 self._take_value(f"{name}_{item.key}", item.value, now)
 
@@ -98,19 +89,10 @@ class Monitor(Node):
         flags = {key: value for key, value in self._values.items() if isinstance(value, bool)}
         texts = {key: value for key, value in self._values.items() if isinstance(value, str)}
         means = {key: value.value for key, value in self._values.items() if isinstance(value, MovingMean)}
-        for name, node in self._nodes.items():
-            frequency = node.heartbeats.frequency(now)
-            numbers[heartbeat_entry(name)] = frequency
-            texts[state_entry(name)] = node.state if frequency else "unknown"
+        for name, heartbeats in self._heartbeats.items():
+            numbers[heartbeat_entry(name)] = frequency = heartbeats.frequency(now)
+            texts[state_entry(name)] = self._states[name] if frequency else "unknown"
         numbers |= {key: mean for key, mean in means.items() if mean is not None}
         values: dict[str, object] = {**numbers, **flags, **texts}
-        self._shown = {name: self._entry(name, value) for name, value in values.items()}
-        group = [parameter for _, parameter in self._shown.values()]
+        group = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
         self._blackboard.publish(SetBlackboardGroup(bb_params=group))
-
-    def _entry(self, name: str, value: object) -> tuple[object, ParameterMessage]:
-        """Return an entry and its message, the last message if the value is the same."""
-        known = self._shown.get(name)
-        if known is not None and known[0] == value and type(known[0]) is type(value):
-            return known
-        return value, Parameter(name, value=value).to_parameter_msg()

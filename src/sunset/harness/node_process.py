@@ -1,19 +1,22 @@
-"""One node as a process of its own, on a live middleware.
-
-`run_forked` runs the node of a `NodeSpec` in a process that a `sunset.processes.server` has forked.
-"""
+"""Nodes as processes of their own, on a live middleware: in each process, and seen from the system's process."""
 
 import os
+import signal
 import socket
 import sys
+import threading
+import time
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Final
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from typing import IO, Any, Final
 
 import msgspec
 
 from sunset.errors import InvalidInputError, ManagerError, SunsetError, complaint
 from sunset.harness.deployment import deployed_parameters
+from sunset.processes.process import Process
 from sunset.processes.server import ForkServer, shared_server
 from sunset.system import (
     HARNESS,
@@ -31,7 +34,11 @@ from sunset_ros.signals import install_signal_handlers
 MANAGER_FAILED: Final = 3
 """The exit code of a process whose confined managing system has failed; its last line says how."""
 
-_BAD_INPUT: Final = 2
+_GRACE_S: Final = 3.0
+"""How long nodes may take to leave the graph when they are ended."""
+_TURN_S: Final = 0.1
+"""Longest wait for a process before the next is ended: ending all at once would take the processor from others."""
+_SIGNALS: Final = {number.value: number.name for number in signal.Signals}  # real-time signals lack names
 
 
 def node_names() -> list[str]:
@@ -55,8 +62,8 @@ class NodeSpec:
     """One of `node_names`."""
     manager: str | None = None
     """The managing system that `MANAGING_SYSTEM` is, without walls; None for any other node."""
-    confined: Mapping[str, Any] | None = None
-    """The confined managing system that `MANAGING_SYSTEM` is, as a `ManagerSpec` in JSON; None for any other node."""
+    confined: Mapping[str, object] | None = None
+    """Likewise within walls, as a `ManagerSpec` in JSON."""
     occasion: str = ""
     """The run of a confined managing system, in words."""
     middleware: str = LIVE
@@ -103,7 +110,11 @@ def run_node(spec: NodeSpec) -> str:
         context.init(words, middleware=middleware, log_to_stderr=True)
         install_signal_handlers(context=context)
         if node_class is None:
-            return _run_confined(spec, context)
+            from sunset.harness.confined_manager import run_confined  # noqa: PLC0415  no other node needs it
+            from sunset.harness.manager_process import ManagerSpec  # noqa: PLC0415  likewise
+
+            manager = msgspec.convert(spec.confined, ManagerSpec)
+            return run_confined(manager, context, occasion=spec.occasion)
         try:
             node = node_class(context=context)
         except SunsetError:
@@ -123,13 +134,6 @@ def _node_class(spec: NodeSpec) -> Callable[..., Node]:
     from sunset.managing import load_manager  # noqa: PLC0415  slow, and no other node needs it
 
     return load_manager(spec.manager)
-
-
-def _run_confined(spec: NodeSpec, context: Context) -> str:
-    from sunset.harness.confined_manager import run_confined  # noqa: PLC0415  no other node needs it
-    from sunset.harness.manager_process import ManagerSpec  # noqa: PLC0415  likewise
-
-    return run_confined(msgspec.convert(spec.confined, ManagerSpec), context, occasion=spec.occasion)
 
 
 def _spin(executor: SingleThreadedExecutor, node: Node, *, lasting: bool) -> None:
@@ -183,9 +187,132 @@ def _run_specified(fields: Mapping[str, Any]) -> int:
         if not sentence:
             raise
         print(f"sunset: {sentence}", file=sys.stderr)  # noqa: T201  the last line of a node that could not run
-        return _BAD_INPUT
+        return 2  # as the command line for bad input
     if failure:
         # the last line that the managing system has printed may lack an end
         print(f"\n{failure}", file=sys.stderr)  # noqa: T201  the last line, which the run reads
         return MANAGER_FAILED
     return 0
+
+
+class NodeProcesses:
+    """Runs nodes, each in a process that is forked from a server; a `ProcessHost`.
+
+    All of them end with this process, however it ends. Processes that a node has started end with the node. They have
+    the variables of `environment` besides this process's own. `on_line` is called, on other threads, with a node and a
+    line that it printed.
+    """
+
+    def __init__(
+        self,
+        specs: Mapping[str, NodeSpec],
+        environment: Mapping[str, str],
+        on_line: Callable[[str, str], object],
+    ) -> None:
+        self._specs = specs
+        self._environment = environment
+        self._on_line = on_line
+        self._server: ForkServer = node_server()
+        self._running: dict[str, Process] = {}
+        self._ended: dict[str, int | None] = {}
+        self._lines: dict[str, deque[str]] = {}
+        self._readers: dict[str, threading.Thread] = {}
+        self.on_exit: Callable[[str], object] = lambda _: None
+        """Called with the node, during `poll`, whenever a process has ended."""
+
+    def start(self, node: str) -> None:
+        """Start a new process for `node`.
+
+        Raises:
+            SunsetError: no process can be started.
+        """
+        if not self._server.is_running:  # it was killed
+            self._server = node_server()
+        task = {"spec": asdict(self._specs[node]), "environment": self._environment}
+        process = self._server.start(task, grace_s=_GRACE_S)
+        self._ended.pop(node, None)
+        self._running[node] = process
+        self._lines[node] = lines = deque[str](maxlen=1)
+        reader = threading.Thread(target=self._read, args=(node, process.take_output(), lines), daemon=True)
+        self._readers[node] = reader
+        reader.start()
+
+    def _read(self, node: str, output: IO[str], lines: deque[str]) -> None:
+        with output:
+            for line in output:
+                lines.append(line.rstrip())
+                # a node must not wait because of an error of its reader
+                with suppress(Exception, SystemExit):
+                    self._on_line(node, line.rstrip())
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """All nodes, whether they run or not."""
+        return tuple(self._specs)
+
+    def is_running(self, node: str) -> bool:
+        """Return whether the process of `node` exists."""
+        return node in self._running
+
+    def pid(self, node: str) -> int | None:
+        """Return the process id of `node`; None without a process."""
+        process = self._running.get(node)
+        return None if process is None else process.pid
+
+    def kill(self, node: str) -> None:
+        """End the process of `node` at once."""
+        self._running[node].kill()
+
+    def poll(self) -> None:
+        """Note the processes that have ended."""
+        for node, process in list(self._running.items()):
+            if process.ended:
+                self._note_end(node)
+                self.on_exit(node)
+
+    def end_of(self, node: str) -> str:
+        """Return how the last process of `node` ended, in words; empty while it runs."""
+        if node not in self._ended:
+            return ""
+        code = self._ended[node]
+        last_line = self._last_line(node)
+        if code == 0:
+            return "ended in order"  # its output does not say why
+        if code is None:
+            return "ended, it is not known how"
+        if code < 0:
+            return f"ended by signal {-code} ({_SIGNALS.get(-code) or signal.strsignal(-code)})"
+        return f"ended with exit code {code}" + (f": {last_line}" if last_line else "")
+
+    def manager_failure(self, node: str) -> str:
+        """Return how the confined managing system of `node` failed, in a sentence; empty if it did not."""
+        return self._last_line(node) if self._ended.get(node) == MANAGER_FAILED else ""
+
+    def _last_line(self, node: str) -> str:
+        """Return the last line that an ended process printed."""
+        reader = self._readers.pop(node, None)
+        if reader is not None:
+            reader.join(timeout=1.0)  # another process may hold the pipe for ever, so this waits only once
+        return self._lines[node][-1] if self._lines[node] else ""
+
+    def has_failed(self, node: str) -> bool:
+        """Return whether the last process of `node` was seen to end, and not in order."""
+        return self._ended.get(node) not in {0, None}
+
+    def close(self) -> None:
+        """End all processes, the newest first, and wait until they are gone."""
+        limit_s = time.monotonic() + _GRACE_S
+        for process in reversed(self._running.values()):
+            process.send_signal(signal.SIGTERM)
+            process.send_signal(signal.SIGCONT)
+            process.join(min(limit_s, time.monotonic() + _TURN_S))
+        for process in self._running.values():
+            process.join(limit_s)
+        for node in list(self._running):
+            self._note_end(node)
+        self._server.close()
+
+    def _note_end(self, node: str) -> None:
+        process = self._running.pop(node)
+        process.close()
+        self._ended[node] = process.returncode

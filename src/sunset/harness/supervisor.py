@@ -1,11 +1,10 @@
-"""The node that conducts one experiment: bring-up, warm-up, injection, end."""
+"""The node that conducts one experiment: bring-up, warm-up, injection, end; and the base of nodes that conduct."""
 
 from collections.abc import Callable
 from enum import Enum
 from typing import Final
 
 from sunset.errors import ScenarioError
-from sunset.harness.conductor import Conductor
 from sunset.nodes.base import call_later
 from sunset.system import (
     DIAGNOSTICS_TOPIC,
@@ -18,11 +17,39 @@ from sunset.system import (
     full_name,
 )
 from sunset.system_interfaces.msg import ExperimentLogging
+from sunset_ros.client import Client
 from sunset_ros.context import Context
 from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset_ros.interfaces.std_srvs.srv import Trigger
+from sunset_ros.node import Node
 
 _SILENT_NS: Final = round(SILENCE_S * 10**9)
 """Time since its last heartbeat after which a node may have ended."""
+
+
+Answered = Callable[[Trigger.Response], None]
+
+
+class Conductor(Node):
+    """Asks the bag player to start and the scenario executor to inject, when a subclass says so."""
+
+    def __init__(self, name: str, *, context: Context | None = None) -> None:
+        super().__init__(name, context=context)
+        self._player = self.create_client(Trigger, "/bag_player/start")
+        self._injector = self.create_client(Trigger, "/scenario_executor/inject")
+
+    def start_flight(self, done: Answered) -> None:
+        """Start the flight; `done` gets the bag player's response."""
+        self._ask(self._player, done)
+
+    def inject(self, done: Answered) -> None:
+        """Inject the faults; `done` gets the scenario executor's response."""
+        self._ask(self._injector, done)
+
+    @staticmethod
+    def _ask(client: Client[Trigger.Request, Trigger.Response], done: Answered) -> None:
+        future = client.call_async(Trigger.Request())
+        future.add_done_callback(lambda future: done(future.result() or Trigger.Response(message="no reply")))
 
 
 class Phase(Enum):
@@ -37,14 +64,8 @@ class Phase(Enum):
 class Supervisor(Conductor):
     """Waits until the managed system is up, starts the flight, injects the faults, and ends the experiment.
 
-    It logs `start` (time 0 of the measured time) and `end` on `/experiment/log`.
-
-    Args:
-        scenario: the scenario's name.
-        warm_up_s: healthy operation before the injection.
-        duration_s: the measured time, from the injection on.
-        ready: whether the flight needs to wait no longer.
-        context: the context of the process; None for the default context.
+    It logs `start` (time 0 of the measured time) and `end` on `/experiment/log`. The flight waits until `ready` says
+    that it need not.
     """
 
     def __init__(
@@ -68,7 +89,8 @@ class Supervisor(Conductor):
         self._ready = ready
         self._initial_states = current_system().initial_states
         self._heard: dict[str, tuple[str, int]] = {}
-        self._log = self.create_publisher(ExperimentLogging, LOG_TOPIC, 10)
+        self.log = self.create_publisher(ExperimentLogging, LOG_TOPIC, 10)
+        """The publisher of `start` and `end`."""
         self._diagnostics = self.create_subscription(
             DiagnosticArray, DIAGNOSTICS_TOPIC, self._on_diagnostics, 50
         )
@@ -78,10 +100,8 @@ class Supervisor(Conductor):
         """The managed nodes that differ from their description, and their states."""
         states = {node: (self._state_of(node), initial) for node, initial in self._initial_states.items()}
         missing = {node: state for node, (state, initial) in states.items() if state != initial}
-        return missing or self._miswired()
-
-    def _miswired(self) -> dict[str, str]:
-        """Return the active nodes whose inputs or outputs differ from the system's description, and the difference."""
+        if missing:
+            return missing
         active = [node for node, state in self._initial_states.items() if state == "active"]
         differences = {node: self._difference(node) for node in active}
         return {node: f"active, but {difference}" for node, difference in differences.items() if difference}
@@ -121,30 +141,31 @@ class Supervisor(Conductor):
             self.destroy_subscription(self._diagnostics)
             self.start_flight(self._on_flying)
 
-    def _on_flying(self, begun: bool, message: str) -> None:
-        if not begun:
-            raise ScenarioError(f"The bag player did not start: {message}.")
+    def _on_flying(self, response: Trigger.Response) -> None:
+        if not response.success:
+            raise ScenarioError(f"The bag player did not start: {response.message}.")
         call_later(self, self._warm_up_s, self._inject)
 
     def _inject(self) -> None:
         self.phase = Phase.MEASURED
         self.start_ns = self.get_clock().now().nanoseconds
-        self._publish("start")
+        self._note("start")
         self.inject(self._on_injected)
         call_later(self, self._duration_s, self._end)
 
-    def _on_injected(self, injected: bool, message: str) -> None:
-        if not injected:
+    def _on_injected(self, response: Trigger.Response) -> None:
+        if not response.success:
+            reason = response.message.rstrip(".")
             self.injection_problem = (
-                f"the scenario {self._scenario} could not be injected as written: {message.rstrip('.')}"
+                f"the scenario {self._scenario} could not be injected as written: {reason}"
             )
 
     def _end(self) -> None:
         self.phase = Phase.OVER
-        self._publish("end")
+        self._note("end")
 
-    def _publish(self, name: str) -> None:
+    def _note(self, name: str) -> None:
         now = self.get_clock().now().nanoseconds
-        self._log.publish(
+        self.log.publish(
             ExperimentLogging(timestamp=now, scenario=self._scenario, source=EXPERIMENT, rule_name=name)
         )

@@ -80,7 +80,7 @@ HARNESS: Final[Mapping[str, HarnessNode]] = MappingProxyType(
     {
         node.name: node
         for node in (
-            HarnessNode(BAG_PLAYER, "sunset.harness.live_bag_player:LiveBagPlayer", _PLAYED),
+            HarnessNode(BAG_PLAYER, "sunset.harness.bag_player:LiveBagPlayer", _PLAYED),
             HarnessNode("monitor", "sunset.harness.monitor:Monitor", (BLACKBOARD_TOPIC,), off_limits=False),
             HarnessNode("evaluator", "sunset.harness.evaluator:Evaluator", (EVALUATION_TOPIC,)),
             HarnessNode(

@@ -4,8 +4,8 @@ from typing import cast
 
 from sunset.experiments.resources import Resources
 from sunset.experiments.spec import RunSpec
-from sunset.managing import ORACLE, KnownFault, KnownScenario, UnlistedFault
-from sunset.system import BAG_PLAYER, Fault, Value, current_system, unlisted
+from sunset.managing import ORACLE, KnownFault, KnownScenario
+from sunset.system import BAG_PLAYER, Value, current_system
 from sunset_ros.seeding import drawn_seed, generator
 
 Parameters = dict[str, Value]
@@ -32,6 +32,9 @@ def known_scenario(spec: RunSpec, resources: Resources) -> KnownScenario | None:
     known = [
         KnownFault(
             name=fault.name,
+            failure=fault.fault.failure,
+            kind=fault.fault.kind,
+            cures=fault.fault.cures,
             value=cast("Value", fault.value),
             at=fault.at,
             follows=fault.after is not None,
@@ -40,20 +43,10 @@ def known_scenario(spec: RunSpec, resources: Resources) -> KnownScenario | None:
             on=fault.profile.on or 0.0,
             off=fault.profile.off or 0.0,
             brings=fault.name in causes,
-            unlisted=_unlisted(fault.fault),
         )
         for fault in faults
     ]
     return KnownScenario(faults=tuple(known), duration_s=spec.timing.duration_s)
-
-
-def _unlisted(fault: Fault) -> UnlistedFault | None:
-    """Return the description of a fault that the catalogue of the oracle's process may lack."""
-    if fault not in unlisted().faults:
-        return None
-    return UnlistedFault(
-        failure=fault.failure, node=fault.node, parameter=fault.parameter, kind=fault.kind, cures=fault.cures
-    )
 
 
 def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters]:

@@ -4,16 +4,15 @@ from collections.abc import Callable, Mapping, Sequence
 from inspect import isasyncgen, iscoroutine, isgenerator
 from typing import Any, ClassVar, Final, cast
 
-from sunset.managing.greeting import make_greeting
-from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, read_parameters
+from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, make_greeting, read_parameters
 from sunset.system.vocabulary import (
     BLACKBOARD_TOPIC,
     DIAGNOSIS_TOPIC,
     MANAGING_SYSTEM,
     REPAIR,
     Value,
+    current_system,
     full_name,
-    node_names,
 )
 from sunset.system_interfaces.msg import Diagnosis, SetBlackboardGroup
 from sunset.system_interfaces.srv import Redeploy
@@ -370,7 +369,7 @@ class ManagingSystem(Node):
                 self.__callers[name] = self.create_client(service, name)
             if not self.__callers[name].service_is_ready():
                 node = base_name(name.rpartition("/")[0])
-                nodes = node_names()
+                nodes = current_system().nodes
                 hint = "" if node in nodes else f": {suggestion(node, nodes)}name one of {', '.join(nodes)}"
                 self.get_logger().warning(f"No node offers {name} now, so the request is lost{hint}.")
             self.__callers[name].call_async(request).add_done_callback(answered)

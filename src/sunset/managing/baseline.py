@@ -1,4 +1,4 @@
-"""The paper's baseline."""
+"""The managing systems to compare with: the paper's baseline, and none."""
 
 from types import MappingProxyType
 from typing import Final
@@ -14,6 +14,13 @@ _NODE_OF_TOPIC: Final = MappingProxyType(
         "segmentation": "segmentation",
     }
 )
+
+
+class NoAdaptation(ManagingSystem):
+    """Watches and does nothing: the reference that every managing system must beat."""
+
+    def adapt(self, symptoms: Symptoms) -> None:
+        """Do nothing."""
 
 
 class Baseline(ManagingSystem):

@@ -13,9 +13,7 @@ from sunset.system.vocabulary import (
     Fault,
     FaultKind,
     Value,
-    described_faults,
-    described_nodes,
-    described_views,
+    current_system,
     full_name,
 )
 from sunset_ros.client import AnyClient
@@ -32,17 +30,17 @@ _SET_S: Final = 0.5
 
 def view_setting() -> Setting:
     """Return the parameter that chooses the sensors of the pipeline."""
-    setting = described_views()[0].setting
+    setting = current_system().views[0].setting
     return setting.node, setting.parameter
 
 
 def settings_without() -> dict[str, tuple[Setting, Value]]:
     """Return full name of a sensor's topic → the setting with which the pipeline works without the sensor."""
-    healthy, *others = described_views()
+    healthy, *others = current_system().views
     return {
         full_name(topic): (view_setting(), view.setting.value)
         for view in others
-        for node in described_nodes()
+        for node in current_system().nodes.values()
         for topic in node.outputs
         if {node.name} == healthy.sensors - view.sensors and view.setting.value is not None
     }
@@ -50,10 +48,11 @@ def settings_without() -> dict[str, tuple[Setting, Value]]:
 
 def healthy_settings() -> dict[Setting, Value]:
     """Return the known settings of a healthy system."""
-    faults = described_faults().values()
+    faults = current_system().faults.values()
     healthy = {(fault.node, fault.parameter): fault.healthy for fault in faults if is_of_configuration(fault)}
-    healthy[view_setting()] = described_views()[0].setting.value
-    healthy |= {setting: fault.value for fault in faults for setting in _strengths(fault, *fault.cures[:1])}
+    healthy[view_setting()] = current_system().views[0].setting.value
+    for fault in faults:
+        healthy |= dict.fromkeys(strengths_of(fault), fault.value)
     return {setting: value for setting, value in healthy.items() if value is not None}
 
 
@@ -62,18 +61,15 @@ def is_of_configuration(fault: Fault) -> bool:
     return fault.kind is FaultKind.CONFIGURATION
 
 
-def _strengths(fault: Fault, cure: tuple[Adaptation, ...] = ()) -> list[Setting]:
-    """Return the parameters with which the nodes of a cure get the strength of a fault."""
+def strengths_of(fault: Fault) -> list[Setting]:
+    """Return the parameters with which the nodes of the cheapest cure get the strength of a fault."""
     restores = fault.effect is not None and fault.effect.restore is not None
-    return [
-        (step.node, fault.parameter) for step in cure if restores and step.kind is AdaptationKind.ACTIVATE
-    ]
+    steps = fault.cures[0] if restores and fault.cures else ()
+    return [(step.node, fault.parameter) for step in steps if step.kind is AdaptationKind.ACTIVATE]
 
 
-def settings_of(
-    cure: tuple[Adaptation, ...], fault: Fault | None = None, strength: Value | None = None
-) -> dict[Setting, Value] | None:
-    """Return the settings of a cure, with the fault's strength if it is known; None for a cure such as a restart."""
+def settings_of(cure: tuple[Adaptation, ...]) -> dict[Setting, Value] | None:
+    """Return the settings of a cure; None for a cure such as a restart."""
     settings: dict[Setting, Value] = {}
     for step in cure:
         if step.kind is AdaptationKind.ACTIVATE:
@@ -84,8 +80,6 @@ def settings_of(
             settings[step.node, step.parameter] = step.value
         else:
             return None
-    if fault is not None and strength is not None:
-        settings |= dict.fromkeys(_strengths(fault, cure), strength)
     return settings
 
 

@@ -18,7 +18,7 @@ from sunset.errors import ManagerError
 from sunset.managing.base import LONGEST_THOUGHT_S, ManagingSystem
 from sunset.managing.command import Command, parse_command
 from sunset.managing.symptoms import Symptoms
-from sunset.system.vocabulary import AdaptationKind, Value, node_names
+from sunset.system.vocabulary import AdaptationKind, Value, current_system
 from sunset_ros.task import Future
 from sunset_ros.texts import shorten, suggestion
 
@@ -180,7 +180,7 @@ class Program(ManagingSystem):
                 f"is {_quoted(line)}, which is not an answer ({reason}): expected one JSON object such as "
                 f'{{"adaptations": [{{"kind": "redeploy", "node": "camera"}}]}}{kinds}'
             ) from error
-        nodes = node_names()
+        nodes = current_system().nodes
         for node in [adaptation.node for adaptation in answer.adaptations if adaptation.node not in nodes]:
             raise self.__error(
                 f"names the node {shorten(repr(node), _QUOTED)}: {suggestion(node, nodes)}name one of "

@@ -5,7 +5,7 @@ from typing import Final, cast
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.tools import Thresholds, request
-from sunset.system.vocabulary import Adaptation, Failure, described_failures, described_faults
+from sunset.system.vocabulary import Adaptation, Failure, current_system
 from sunset_ros.seeding import generator
 
 _SHARE: Final = 0.1
@@ -31,8 +31,10 @@ class RandomAdaptation(ManagingSystem):
 
     def adapt(self, symptoms: Symptoms) -> None:
         """Draw whether to adapt now, and a cure."""
-        showing = {failure.name for failure in described_failures().values() if self.shows(failure, symptoms)}
-        faults = (fault for fault in described_faults().values() if fault.failure in showing)
+        showing = {
+            failure.name for failure in current_system().failures.values() if self.shows(failure, symptoms)
+        }
+        faults = (fault for fault in current_system().faults.values() if fault.failure in showing)
         cures = dict.fromkeys(cure for fault in faults for cure in fault.cures)
         possible = [cure for cure in cures if is_possible(cure, symptoms)]
         self.looks += 1

@@ -12,8 +12,7 @@ from pathlib import Path
 from sunset.errors import ManagerError
 from sunset.files.sources import is_installed, modules_beside
 from sunset.managing.command import PREFIX, parse_command
-from sunset.managing.loading import is_registered, passed_manager
-from sunset.managing.names import MANAGERS
+from sunset.managing.loading import MANAGERS, is_registered, passed_manager
 
 
 def checksum(spec: str) -> str:

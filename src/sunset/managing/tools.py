@@ -5,14 +5,7 @@ from typing import cast
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
-from sunset.system.vocabulary import (
-    Adaptation,
-    AdaptationKind,
-    described_nodes,
-    described_signals,
-    full_name,
-    topic_names,
-)
+from sunset.system.vocabulary import Adaptation, AdaptationKind, current_system, full_name
 from sunset_ros.task import Future
 
 
@@ -27,7 +20,7 @@ class Wiring:
     """
 
     def __init__(self) -> None:
-        nodes = described_nodes()
+        nodes = current_system().nodes.values()
         self.publisher = {full_name(topic): node.name for node in nodes for topic in node.outputs}
         self.inputs = {
             node.name: tuple(topic for topic in map(full_name, node.inputs) if topic in self.publisher)
@@ -36,7 +29,7 @@ class Wiring:
         self.boot_s = {node.name: max(0.0, node.activation_delay_s) for node in nodes}
         active = {node.name for node in nodes if node.initial_state == "active"}
         self.topics = tuple(
-            topic for topic in map(full_name, topic_names()) if self.publisher.get(topic) in active
+            topic for topic in map(full_name, current_system().topics) if self.publisher.get(topic) in active
         )
 
     def first_silent(self, symptoms: Symptoms) -> str:
@@ -82,7 +75,7 @@ class Thresholds:
 
     def __init__(self, manager: ManagingSystem) -> None:
         self._manager = manager
-        self._signals = {signal.name: signal for signal in described_signals()}
+        self._signals = {signal.name: signal for signal in current_system().signals.values()}
         for signal in self._signals.values():
             if signal.calibrated and not manager.has_parameter(signal.threshold_name):
                 manager.declare_parameter(signal.threshold_name, 0.0)

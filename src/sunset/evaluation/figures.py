@@ -12,7 +12,7 @@ from sunset.errors import InvalidInputError
 from sunset.evaluation.figure_frame import COLUMN_IN, PAGE_IN, SETTINGS
 from sunset.files.plots import BLUE, GREY, ORANGE, check_figure, drawing, save_figure
 from sunset.metrics import ExecutedAdaptation, Samples, Timeline
-from sunset.system import WINDOW, MovingMean, full_name
+from sunset.system import GAP_S, MovingMean, full_name
 from sunset.texts.names import base_name
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def _panel(
 
 def _moving_mean(samples: Samples) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return the mean of the samples up to each sample; NaN, which breaks a line, without enough samples."""
-    mean = MovingMean(WINDOW.gap_s)
+    mean = MovingMean(GAP_S)
     pairs = zip(samples.times.tolist(), samples.values.tolist(), strict=True)
     return samples.times, np.array([mean.add(*pair) for pair in pairs], dtype=np.float64)
 
@@ -117,7 +117,7 @@ def _with_gaps(
     times: npt.NDArray[np.float64], values: npt.NDArray[np.float64]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return a line that a gap of more than 1 s breaks."""
-    breaks = np.flatnonzero(np.diff(times) > WINDOW.gap_s) + 1
+    breaks = np.flatnonzero(np.diff(times) > GAP_S) + 1
     return np.insert(times, breaks, times[breaks - 1]), np.insert(values, breaks, np.nan)
 
 

@@ -40,7 +40,7 @@ from sunset.processes.confinement import View
 from sunset.processes.process import Process, ProcessDeath, copy_process, killed_error
 from sunset.processes.server import ForkServer, shared_server
 from sunset.scenarios import load_scenario
-from sunset.scenarios.split_files import is_scenario_file
+from sunset.scenarios.splits import is_scenario_file
 from sunset.system import loaded_extensions
 from sunset.texts.names import PLAN_FILE, RUN_FILE
 from sunset.texts.sentences import line_text

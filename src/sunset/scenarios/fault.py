@@ -1,7 +1,7 @@
 """A fault of a scenario, with its strength, its times, and the course of its strength."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Annotated, Final, TypeAlias
 
@@ -46,8 +46,8 @@ class Profile:
         on: the time that an intermittent fault is there [s].
         off: the time that it is away after that [s].
 
-    >>> Profile(kind="ramp", rise=5).to_mapping()
-    {'kind': 'ramp', 'rise': 5.0}
+    >>> str(Profile(kind="ramp", rise=5))
+    'growing for 5 s'
     """
 
     kind: str = STEP
@@ -70,11 +70,6 @@ class Profile:
                 "another profile."
             )
         to_floats(self, "rise", "on", "off")
-
-    def to_mapping(self) -> dict[str, str | float]:
-        """Return it as in a scenario file."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: value for name, value in values.items() if value is not None}
 
     def __str__(self) -> str:
         """Return it in words, such as `growing for 5 s`; empty for a step."""
@@ -102,10 +97,6 @@ class After:
         check_fields(self, ScenarioError)
         to_floats(self, "delay")
 
-    def to_mapping(self) -> dict[str, str | float]:
-        """Return it as in a scenario file."""
-        return {"fault": self.fault, "delay": self.delay}
-
 
 @dataclass(frozen=True, slots=True)
 class ScenarioFault:
@@ -114,11 +105,11 @@ class ScenarioFault:
     Attributes:
         name: its name in the catalogue.
         value: the value of its parameter; None for the strength of the paper's suite, and with a severity.
+        severity: from 1 to 5, in place of a value: its cost, from which the model's card derives the strength.
         at: its onset, in seconds of the measured time.
+        after: the fault that it follows; None if it has an onset of its own.
         until: when it heals, in seconds of the measured time; None if it stays.
         profile: the course of its strength after the onset.
-        after: the fault that it follows; None if it has an onset of its own.
-        severity: from 1 to 5, in place of a value: its cost, from which the model's card derives the strength.
 
     Raises:
         ScenarioError: the fault is unknown, or the attributes contradict it or each other.
@@ -129,17 +120,11 @@ class ScenarioFault:
 
     name: str
     value: Value | None = None
-    at: Annotated[float, Meta(ge=0, le=LONGEST_S, title="onset (at) of a fault [s]")] = field(
-        default=0.0, kw_only=True
-    )
-    until: Annotated[float, Meta(ge=0, le=LONGEST_S, title="end (until) of a fault [s]")] | None = field(
-        default=None, kw_only=True
-    )
-    profile: Profile = field(default_factory=Profile, kw_only=True)
-    after: After | None = field(default=None, kw_only=True)
-    severity: Annotated[int, Meta(ge=1, le=5, title="severity of a fault")] | None = field(
-        default=None, kw_only=True
-    )
+    severity: Annotated[int, Meta(ge=1, le=5, title="severity of a fault")] | None = None
+    at: Annotated[float, Meta(ge=0, le=LONGEST_S, title="onset (at) of a fault [s]")] = 0.0
+    after: After | None = None
+    until: Annotated[float, Meta(ge=0, le=LONGEST_S, title="end (until) of a fault [s]")] | None = None
+    profile: Profile = Profile()
 
     def __post_init__(self) -> None:
         check_fields(self, ScenarioError)
@@ -177,20 +162,17 @@ class ScenarioFault:
 
     def to_mapping(self) -> dict[str, object]:
         """Return it as in a scenario file."""
-        content: dict[str, object] = {"name": self.name}
-        if self.severity is None:
-            content["value"] = self.value
-        else:
-            content["severity"] = self.severity
-        if self.at:
-            content["at"] = self.at
-        if self.after is not None:
-            content["after"] = self.after.to_mapping()
-        if self.until is not None:
-            content["until"] = self.until
-        if self.profile.kind != STEP:
-            content["profile"] = self.profile.to_mapping()
-        return content
+        return _given(self)
+
+
+def _given(part: ScenarioFault | Profile | After) -> dict[str, object]:
+    """Return the values of a part that are not the default, by name."""
+    values = ((field, getattr(part, field.name)) for field in fields(part))
+    return {
+        field.name: _given(value) if isinstance(value, Profile | After) else value
+        for field, value in values
+        if value != field.default
+    }
 
 
 def parse_fault(text: str) -> ScenarioFault:

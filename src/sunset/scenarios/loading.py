@@ -13,8 +13,7 @@ from sunset.files.inputs import read_bytes
 from sunset.scenarios.fault import parse_fault
 from sunset.scenarios.reading import parse_scenario, parse_suite
 from sunset.scenarios.schema import Scenario
-from sunset.scenarios.split_files import is_scenario_file, read_split, scenario_files
-from sunset.scenarios.splits import SPLITS, WILD
+from sunset.scenarios.splits import SPLITS, WILD, is_scenario_file, read_split, scenario_files
 from sunset.system import System, all_suites, current_system, find_fault, scenario_name
 from sunset.texts.names import base_name
 from sunset_ros.texts import shown, suggestion

@@ -1,8 +1,10 @@
-"""Scenarios, checked when they are made."""
+"""Scenarios; and when their faults come and heal if they are not cured, which is checked when they are made."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated
+from itertools import combinations
+from math import inf
+from typing import Annotated, Final
 
 import yaml
 from msgspec import Meta
@@ -10,11 +12,13 @@ from msgspec import Meta
 from sunset.errors import ScenarioError
 from sunset.files.schemas import check_fields
 from sunset.flights import FlightSpec
-from sunset.scenarios.courses import problems
 from sunset.scenarios.fault import LONGEST_S, ScenarioFault, to_floats
-from sunset.system import DURATION_S
+from sunset.system import DURATION_S, excluding_pairs
 from sunset.texts.sentences import listed
 from sunset_ros.texts import shown
+
+_MOST: Final = 1000
+"""Faults of a scenario: each is compared with every other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,3 +107,105 @@ def with_strengths(
         return replace(fault, value=value, severity=None)
 
     return replace(scenario, faults=tuple(map(strong, scenario.faults)))
+
+
+def onsets(faults: Sequence[ScenarioFault]) -> tuple[float, ...]:
+    """Return when each fault of a scenario comes if none is cured [s], also if it follows another fault."""
+    return tuple(_onset(fault, faults) for fault in faults)
+
+
+def _onset(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> float:
+    if fault.after is None:
+        return fault.at
+    return _onset(_causes(fault, faults)[0], faults) + fault.after.delay
+
+
+def _causes(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> list[ScenarioFault]:
+    """Return the faults with the name that a fault follows; none if it comes at a time of its own."""
+    return [cause for cause in faults if fault.after and cause.name == fault.after.fault]
+
+
+def problems(faults: Sequence[ScenarioFault], duration_s: float) -> Iterator[tuple[int, str]]:
+    """Yield why faults cannot make a scenario: the position of the fault in question, and a sentence.
+
+    Args:
+        faults: the faults of the scenario.
+        duration_s: the length of the scenario [s].
+    """
+    if len(faults) > _MOST:
+        yield _MOST, f"A scenario has at most {_MOST} faults, got {len(faults)}: leave some out."
+        return
+    links = [(number, _link_problem(fault, faults)) for number, fault in enumerate(faults)]
+    broken = [(number, problem) for number, problem in links if problem]
+    if broken:
+        yield from broken
+        return
+    begun = onsets(faults)
+    for number, (fault, onset) in enumerate(zip(faults, begun, strict=True)):
+        problem = _time_problem(fault, onset, faults, duration_s)
+        if problem:
+            yield number, problem
+    yield from _conflicts(faults, begun)
+
+
+def _link_problem(fault: ScenarioFault, faults: Sequence[ScenarioFault]) -> str:
+    """Return why a fault cannot follow the fault of its `after`; nothing if it can."""
+    if fault.after is None:
+        return ""
+    causes = _causes(fault, faults)
+    if len(causes) != 1:
+        there = "is there more than once" if causes else "is not in the scenario"
+        return f"The fault {fault.name} comes after {fault.after.fault}, which {there}: name one that is there once."
+    names = [fault.name]
+    while causes and causes[0].name not in names:
+        names.append(causes[0].name)
+        causes = _causes(causes[0], faults)
+    if not causes or causes[0].name != fault.name:
+        return ""
+    way = f", by way of {' and '.join(names[1:])}" if names[1:] else ""
+    return f"The fault {fault.name} comes after itself{way}: one fault must come at a time of its own (at)."
+
+
+def _time_problem(
+    fault: ScenarioFault, onset: float, faults: Sequence[ScenarioFault], duration_s: float
+) -> str:
+    """Return why a fault cannot come or end at its time; nothing if it can."""
+    if onset >= duration_s:
+        return (
+            f"The fault {fault.name} comes at {onset:g} s, and the run ends at {duration_s:g} s: let it come earlier, "
+            "or give the scenario a longer duration."
+        )
+    if fault.until is not None and fault.until <= onset:
+        return f"The fault {fault.name} ends (until) at {fault.until:g} s and comes at {onset:g} s: let it end later."
+    for cause in _causes(fault, faults):
+        if cause.until is not None and cause.until <= onset:
+            return (
+                f"The fault {fault.name} never comes: {cause.name}, which it follows after "
+                f"{onset - _onset(cause, faults):g} s, heals at {cause.until:g} s already."
+            )
+    return ""
+
+
+def _conflicts(faults: Sequence[ScenarioFault], begun: Sequence[float]) -> Iterator[tuple[int, str]]:
+    """Yield faults that overlap themselves, or a fault that they exclude."""
+    spans = [
+        (onset, inf if fault.until is None else fault.until)
+        for fault, onset in zip(faults, begun, strict=True)
+    ]
+    excluding = {frozenset(pair): " and ".join(pair) for pair in excluding_pairs()}
+    for place, other in combinations(range(len(faults)), 2):
+        first, second = sorted((spans[place], spans[other]))
+        name, are_same = faults[place].name, faults[place].name == faults[other].name
+        pair = excluding.get(frozenset({name, faults[other].name}))
+        if second[0] > first[1] or (second[0] == first[1] and not are_same):
+            continue
+        if are_same and first == second:
+            yield other, f"The scenario has the fault {name} twice; name each once."
+        elif are_same:
+            until = "on" if first[1] == inf else f"to {first[1]:g} s"
+            yield (
+                other,
+                f"The fault {name} comes at {second[0]:g} s, and is there from {first[0]:g} s {until}.",
+            )
+        elif pair:
+            yield other, f"The scenario has both {pair} at a time, of which each cures the other."

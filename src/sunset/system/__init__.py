@@ -5,6 +5,7 @@ from sunset.system.cures import Key as Key
 from sunset.system.cures import comparable_text as comparable_text
 from sunset.system.cures import goal_of as goal_of
 from sunset.system.cures import is_in_place as is_in_place
+from sunset.system.current import LoadedExtension as LoadedExtension
 from sunset.system.current import all_suites as all_suites
 from sunset.system.current import current_system as current_system
 from sunset.system.current import degradations_of as degradations_of
@@ -62,7 +63,6 @@ from sunset.system.harness import SENSOR_TOPICS as SENSOR_TOPICS
 from sunset.system.harness import SURROUNDING as SURROUNDING
 from sunset.system.harness import TASKS as TASKS
 from sunset.system.harness import TRUTH_TOPIC as TRUTH_TOPIC
-from sunset.system.loading import LoadedExtension as LoadedExtension
 from sunset.system.names import FAULT_ACCESS as FAULT_ACCESS
 from sunset.system.names import NAMESPACE as NAMESPACE
 from sunset.system.names import age_entry as age_entry
@@ -82,8 +82,9 @@ from sunset.system.paper import SHARPNESS_SIGNAL as SHARPNESS_SIGNAL
 from sunset.system.paper import USE_CAMERA as USE_CAMERA
 from sunset.system.system import System as System
 from sunset.system.window import DURATION_S as DURATION_S
+from sunset.system.window import GAP_S as GAP_S
 from sunset.system.window import PERIOD_S as PERIOD_S
+from sunset.system.window import SAMPLES as SAMPLES
 from sunset.system.window import SILENCE_S as SILENCE_S
-from sunset.system.window import WINDOW as WINDOW
 from sunset.system.window import MovingMean as MovingMean
 from sunset.system.window import Rate as Rate

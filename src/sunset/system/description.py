@@ -88,7 +88,7 @@ class Topic(_Part):
 
 @dataclass(frozen=True, slots=True)
 class Signal(_Part):
-    """A number that a node reports on `/diagnostics`; the blackboard has its mean over `WINDOW`.
+    """A number that a node reports on `/diagnostics`; the blackboard has its mean over `SAMPLES`.
 
     Attributes:
         node: the node that reports it.

@@ -214,18 +214,6 @@ def of_fault(options: str) -> str:
             "The mine in the suites of an extension must be tuples of faults or a YAML text, got ('gpu_failure',)",
         ),
         (HEAD + "EXTENSION = Extension(suites={'mine': (('gpu',),)})", "refers to the fault 'gpu'"),
-        (
-            HEAD + "EXTENSION = Extension(suites={'mine': '- name: ['})",
-            "suite mine must be a YAML list of scenarios",
-        ),
-        (
-            HEAD + "EXTENSION = Extension(suites={'mine': 'faults: []'})",
-            "suite mine must be a YAML list of scenarios",
-        ),
-        (
-            HEAD + "EXTENSION = Extension(suites={'mine': '- faults: []'})",
-            "each must be a mapping with a name",
-        ),
         (HEAD + "EXTENSION = Extension(suites={'mine': ''})", "The suite mine has no scenario"),
         (
             HEAD + "EXTENSION = Extension(suites={'mine': (('gpu_failure',), ('gpu_failure',))})",
@@ -370,6 +358,9 @@ def test_a_wrong_extension_gets_one_sentence(
     [
         ("- {name: a, faults: []}\n- {name: a, faults: []}", "line 2: The scenario a is there twice"),
         ("- name: a\n  faults:\n    - {name: gpu}", "line 3: There is no fault 'gpu'"),
+        ("- name: [", "line 1: this is not valid YAML"),
+        ("faults: []", "line 1: a list is expected here"),
+        ("- faults: []", "line 1: the key 'name' is missing"),
         ("- {name: a}", "line 1: the key 'faults' is missing"),
         (
             "- {name: a, faults: [{name: gpu_failure, at: 30}]}",

@@ -81,10 +81,6 @@ def parse_command(spec: str, folder: Path = Path()) -> Command:
             f"The managing system {spec!r} cannot be started: {reason}; name it as exec:PROGRAM ARGUMENTS, with words "
             "that have spaces in quotes."
         ) from error
-    if any("__pycache__" in Path(word).parts for word in arguments):
-        raise ManagerError(
-            f"The managing system {spec} names a path in __pycache__, which is Python's own: keep its files elsewhere."
-        )
     executable = _executable(spec, program, folder)
     is_own = executable.parent.name not in _INSTALLED
     runs = _interpreter(executable) if is_own else []

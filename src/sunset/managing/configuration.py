@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.tools import Wiring
+from sunset.managing.tools import Wiring, request
 from sunset.system.vocabulary import (
     Adaptation,
     AdaptationKind,
@@ -114,23 +114,21 @@ class Configuration:
         """Return the value that was set, or the value of a healthy system; None if it is unknown."""
         return self._present.get(setting, self._healthy.get(setting))
 
-    def redeploy(self, node: str) -> None:
-        """Redeploy a node, which forgets its settings."""
-        self._manager.redeploy(node)
-        self._redeployed_s[node] = self._manager.now_s
-        for known in (self._present, self._read):
-            for setting in [setting for setting in known if setting[0] == node]:
-                del known[setting]
+    def do(self, step: Adaptation) -> None:
+        """Request a step of a cure; a node that is redeployed forgets its settings."""
+        request(self._manager, step)
+        if step.kind is AdaptationKind.REDEPLOY:
+            self._redeployed_s[step.node] = self._manager.now_s
+            for known in (self._present, self._read):
+                for setting in [setting for setting in known if setting[0] == step.node]:
+                    del known[setting]
 
     def see(self, symptoms: Symptoms) -> None:
         """Note the nodes that are back."""
-        back = [
-            node
-            for node, since_s in self._redeployed_s.items()
-            if self._manager.now_s - since_s > self.boot_s[node] and symptoms.state(node) == "active"
-        ]
-        for node in back:
-            del self._redeployed_s[node]
+        now_s = self._manager.now_s
+        for node, since_s in [*self._redeployed_s.items()]:
+            if now_s - since_s > self.boot_s[node] and symptoms.state(node) == "active":
+                del self._redeployed_s[node]
 
     def read(self, faults: Mapping[str, Fault]) -> None:
         """Read the parameters of configuration faults."""

@@ -351,11 +351,9 @@ class Diagnosing(ManagingSystem):
             self.in_place |= dict.fromkeys(option.faults, settings)
             return
         for step in option.cure:
+            self.configuration.do(step)
             if _is_redeploy(step):
-                self.configuration.redeploy(step.node)
                 self.belief.exclude(fault.name for fault in self.faults.values() if (step,) in fault.cures)
-            else:
-                request(self, step)
 
     def wanted(self) -> dict[Setting, Value]:
         """Return the settings of all workarounds."""

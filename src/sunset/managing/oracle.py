@@ -9,7 +9,6 @@ from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
 from sunset.managing.configuration import Configuration, Setting, settings_of, settings_without, strengths_of
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.tools import request
 from sunset.system.vocabulary import (
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,
@@ -221,10 +220,7 @@ class Oracle(ManagingSystem):
             return
         present.tried_s = self.now_s
         for step in cure:
-            if step.kind is AdaptationKind.REDEPLOY:
-                self.configuration.redeploy(step.node)
-            else:
-                request(self, step)
+            self.configuration.do(step)
 
     def strength(self, present: _Present) -> Value:
         """Return the present strength of a fault."""

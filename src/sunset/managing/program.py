@@ -37,43 +37,36 @@ class _Adaptation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     id: int | str | None = None
 
     def do(self, manager: ManagingSystem) -> Future[bool]:
-        raise NotImplementedError
+        """Call the method with the name of this kind."""
+        *given, node, _ = msgspec.structs.astuple(self)  # fields of a subclass come first
+        future: Future[bool] = getattr(manager, str(self.__struct_config__.tag))(node, *given)
+        return future
 
 
 class _SetParameter(_Adaptation, frozen=True, tag="set_parameter"):
     name: str
     value: bool | Annotated[int, Meta(ge=-(2**63), le=2**63 - 1)] | float | str
 
-    def do(self, manager: ManagingSystem) -> Future[bool]:
-        return manager.set_parameter(self.node, self.name, self.value)
-
 
 class _ChangeTopic(_Adaptation, frozen=True, tag="change_topic"):
     name: str
     value: str
 
-    def do(self, manager: ManagingSystem) -> Future[bool]:
-        return manager.change_topic(self.node, self.name, self.value)
-
 
 class _Activate(_Adaptation, frozen=True, tag="activate"):
-    def do(self, manager: ManagingSystem) -> Future[bool]:
-        return manager.activate(self.node)
+    pass
 
 
 class _Deactivate(_Adaptation, frozen=True, tag="deactivate"):
-    def do(self, manager: ManagingSystem) -> Future[bool]:
-        return manager.deactivate(self.node)
+    pass
 
 
 class _Restart(_Adaptation, frozen=True, tag="restart"):
-    def do(self, manager: ManagingSystem) -> Future[bool]:
-        return manager.restart(self.node)
+    pass
 
 
 class _Redeploy(_Adaptation, frozen=True, tag="redeploy"):
-    def do(self, manager: ManagingSystem) -> Future[bool]:
-        return manager.redeploy(self.node)
+    pass
 
 
 class Answer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -155,11 +155,12 @@ def _declared_names(file: Path, name: str) -> list[str]:
         return []
     classes = [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name]
     for statement in (statement for kind in classes for statement in kind.body):
-        if not isinstance(statement, ast.Assign | ast.AnnAssign) or statement.value is None:
-            continue
-        targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
-        if any(isinstance(target, ast.Name) and target.id == "files" for target in targets):
-            return _literal_names(file, name, statement.value)
+        match statement:
+            case (
+                ast.Assign(targets=[ast.Name("files")], value=value)
+                | ast.AnnAssign(target=ast.Name("files"), value=ast.expr() as value)
+            ):
+                return _literal_names(file, name, value)
     return []
 
 

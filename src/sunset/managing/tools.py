@@ -5,7 +5,7 @@ from typing import cast
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
-from sunset.system.vocabulary import Adaptation, AdaptationKind, current_system, full_name
+from sunset.system.vocabulary import Adaptation, current_system, full_name
 from sunset_ros.task import Future
 
 
@@ -75,7 +75,7 @@ class Thresholds:
 
     def __init__(self, manager: ManagingSystem) -> None:
         self._manager = manager
-        self._signals = {signal.name: signal for signal in current_system().signals.values()}
+        self._signals = current_system().signals
         for signal in self._signals.values():
             if signal.calibrated and not manager.has_parameter(signal.threshold_name):
                 manager.declare_parameter(signal.threshold_name, 0.0)
@@ -103,17 +103,6 @@ def request(manager: ManagingSystem, adaptation: Adaptation) -> Future[bool]:
     Returns:
         The future that the method of `ManagingSystem` for this kind of adaptation returns.
     """
-    match adaptation.kind:
-        case AdaptationKind.RESTART:
-            return manager.restart(adaptation.node)
-        case AdaptationKind.REDEPLOY:
-            return manager.redeploy(adaptation.node)
-        case AdaptationKind.ACTIVATE:
-            return manager.activate(adaptation.node)
-        case AdaptationKind.DEACTIVATE:
-            return manager.deactivate(adaptation.node)
-        case AdaptationKind.CHANGE_TOPIC:
-            return manager.change_topic(adaptation.node, adaptation.parameter, str(adaptation.value))
-    if adaptation.value is None:
-        raise ValueError(f"The adaptation of {adaptation.node}.{adaptation.parameter} has no value.")
-    return manager.set_parameter(adaptation.node, adaptation.parameter, adaptation.value)
+    arguments = (adaptation.parameter, adaptation.value) if adaptation.parameter else ()
+    future: Future[bool] = getattr(manager, adaptation.kind)(adaptation.node, *arguments)
+    return future

@@ -11,6 +11,7 @@ from sunset.scenarios.loading import split_hash as split_hash
 from sunset.scenarios.loading import suite as suite
 from sunset.scenarios.loading import suite_names as suite_names
 from sunset.scenarios.loading import suite_of as suite_of
+from sunset.scenarios.loading import suite_size as suite_size
 from sunset.scenarios.reading import parse_scenario as parse_scenario
 from sunset.scenarios.schema import Scenario as Scenario
 from sunset.scenarios.schema import onsets as onsets

@@ -13,7 +13,7 @@ from sunset.files.inputs import read_bytes
 from sunset.scenarios.fault import parse_fault
 from sunset.scenarios.reading import parse_scenario, parse_suite
 from sunset.scenarios.schema import Scenario
-from sunset.scenarios.splits import SPLITS, WILD, is_scenario_file, read_split, scenario_files
+from sunset.scenarios.splits import MAX_BYTES, SPLITS, WILD, is_scenario_file, read_split, scenario_files
 from sunset.system import System, all_suites, current_system, find_fault, scenario_name
 from sunset.texts.names import base_name
 from sunset_ros.texts import shown, suggestion
@@ -80,12 +80,14 @@ def suite_of(scenario: Scenario) -> str:
     return name if any(same) else ""
 
 
+def suite_size(name: str) -> int:
+    """Return the number of scenarios in a suite; 0 if the system lacks it."""
+    return len(suite(name)) if name in suite_names() else 0
+
+
 def scenario_names() -> tuple[str, ...]:
     """Return the names of the scenarios of all suites."""
     return tuple(scenario.name for name in suite_names() for scenario in suite(name))
-
-
-_MAX_BYTES: Final = 1_000_000
 
 
 def load_scenario(name: str | Path) -> Scenario:
@@ -187,7 +189,7 @@ def generate(faults: Sequence[str], *, name: str = "") -> Scenario:
 
 def _from_file(path: Path) -> Scenario:
     try:
-        text = read_bytes(path, _MAX_BYTES).decode("utf-8-sig")
+        text = read_bytes(path, MAX_BYTES).decode("utf-8-sig")
     except FileNotFoundError as error:
         raise ScenarioError(f"There is no scenario file {path}.") from error
     except OSError as error:

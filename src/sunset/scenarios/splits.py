@@ -44,7 +44,8 @@ SPLIT_FILE: Final = "split.json"
 
 _SHORTEST_SALT: Final = 16
 """Bytes; a shorter salt could be guessed, since its SHA-256 is published."""
-_MAX_BYTES: Final = 1_000_000
+MAX_BYTES: Final = 1_000_000
+"""Of a scenario file, or a salt."""
 
 _ANGLES: Final = (30.0, 60.0, 90.0)
 _LATEST_S: Final = 12.0
@@ -272,7 +273,7 @@ def scenario_files(folder: Path) -> list[Path]:
 def read_salt(file: Path) -> bytes:
     """Return the salt of a split, all bytes of a file."""
     try:
-        salt = read_bytes(file, _MAX_BYTES)
+        salt = read_bytes(file, MAX_BYTES)
     except OSError as error:
         raise InvalidInputError(f"The salt {file} cannot be read: {error.strerror}.") from error
     if len(salt) < _SHORTEST_SALT:
@@ -307,7 +308,7 @@ def read_split(folder: Path) -> SplitDescription | None:
     content = read_json(place, "The file", ScenarioError)
     described = convert(content, SplitDescription, str(place), ScenarioError, remedy=remedy)
     try:
-        files = {file.name: read_bytes(file, _MAX_BYTES) for file in scenario_files(folder)}
+        files = {file.name: read_bytes(file, MAX_BYTES) for file in scenario_files(folder)}
     except OSError as error:
         raise ScenarioError(f"The split {folder} cannot be read: {error.strerror}.") from error
     if _digest(files) != described.sha256:

@@ -15,7 +15,6 @@ from sunset.system.current import find_fault as find_fault
 from sunset.system.current import get_fault as get_fault
 from sunset.system.current import load_extension as load_extension
 from sunset.system.current import loaded_extensions as loaded_extensions
-from sunset.system.current import suite_size as suite_size
 from sunset.system.current import system_with as system_with
 from sunset.system.current import unlisted as unlisted
 from sunset.system.current import unlisted_names as unlisted_names
@@ -35,7 +34,6 @@ from sunset.system.description import View as View
 from sunset.system.description import redeploy as redeploy
 from sunset.system.description import restart as restart
 from sunset.system.extension import Extension as Extension
-from sunset.system.extension import names_in_suite as names_in_suite
 from sunset.system.harness import BAG_PLAYER as BAG_PLAYER
 from sunset.system.harness import BLACKBOARD_TOPIC as BLACKBOARD_TOPIC
 from sunset.system.harness import CLOCK_TOPIC as CLOCK_TOPIC

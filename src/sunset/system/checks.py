@@ -1,6 +1,6 @@
 """Checks that the parts of a managed system fit each other; each mistake is an `ExtensionError` of one sentence."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf
 from typing import Any, Final, TypeVar
 
@@ -13,9 +13,9 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
-from sunset.system.extension import Extension, names_in_suite
+from sunset.system.extension import Extension
 from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
-from sunset.system.names import full_name
+from sunset.system.names import full_name, scenario_name
 from sunset.system.system import System
 from sunset_ros.texts import suggestion
 
@@ -215,16 +215,23 @@ def _check_suites(system: System) -> None:
         for name in pair:
             _known("fault", name, system.faults, f"The pair of exclusive faults {pair}")
     for suite, scenarios in system.suites.items():
-        label = f"The suite {suite}"
         if not scenarios:
-            raise ExtensionError(f"{label} has no scenario.")
-        names_in_suite(suite, scenarios)
-        # scenarios in a YAML text are checked when they are read, which takes a while
-        for scenario in () if isinstance(scenarios, str) else scenarios:
-            names = {_checked_name(text, system, label) for text in scenario}
-            for pair in system.exclusive:
-                if names.issuperset(pair):
-                    raise ExtensionError(f"{label} has {' with '.join(pair)}, which exclude each other.")
+            raise ExtensionError(f"The suite {suite} has no scenario.")
+        if not isinstance(scenarios, str):  # a text is checked when it is read, which takes a while
+            _check_scenarios(suite, scenarios, system)
+
+
+def _check_scenarios(suite: str, scenarios: Sequence[Sequence[str]], system: System) -> None:
+    label = f"The suite {suite}"
+    told = [scenario_name(suite, faults) for faults in scenarios]
+    for name in told:
+        if told.count(name) > 1:
+            raise ExtensionError(f"{label} has the scenario {name} twice; name each once.")
+    for scenario in scenarios:
+        names = {_checked_name(text, system, label) for text in scenario}
+        for pair in system.exclusive:
+            if names.issuperset(pair):
+                raise ExtensionError(f"{label} has {' with '.join(pair)}, which exclude each other.")
 
 
 def _checked_name(text: str, system: System, label: str) -> str:

@@ -20,7 +20,7 @@ from sunset.files.inputs import file_digest
 from sunset.files.sources import compiled_checksum, import_file, import_place, is_edited
 from sunset.system.checks import check_extension, check_system
 from sunset.system.description import Fault
-from sunset.system.extension import Extension, Suite, names_in_suite
+from sunset.system.extension import Extension, Suite
 from sunset.system.paper import PAPER
 from sunset.system.system import System
 from sunset.texts.sentences import described_error
@@ -272,9 +272,3 @@ def degradations_of(names: Iterable[str]) -> str:
     failures = {name: fault.failure if fault else "" for name, fault in faults.items()}
     degradations = [name for name, failure in failures.items() if failure not in system.outages]
     return "+".join(sorted(degradations or set(failures.values())))
-
-
-def suite_size(suite: str, scenario: str) -> int:
-    """Return the number of scenarios in the suite of a scenario; 0 if the system lacks the suite."""
-    names = names_in_suite(suite, all_suites().get(suite, ()))
-    return len(names) if scenario in names else 0

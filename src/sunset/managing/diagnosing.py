@@ -6,16 +6,16 @@ from math import exp, prod
 from typing import Final
 
 from sunset.managing.base import ManagingSystem
-from sunset.managing.configuration import (
+from sunset.managing.symptoms import Symptoms
+from sunset.managing.tools import (
     Configuration,
     Setting,
     is_of_configuration,
+    request,
     settings_of,
     settings_without,
     view_setting,
 )
-from sunset.managing.symptoms import Symptoms
-from sunset.managing.tools import request
 from sunset.managing.watching import NEW_FRAMES_S, PASSING_S, Watch
 from sunset.system.vocabulary import (
     PERIOD_S,

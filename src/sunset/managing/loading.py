@@ -19,13 +19,12 @@ from sunset.files.sources import (
     is_edited,
 )
 from sunset.managing.base import ManagingSystem
-from sunset.managing.baseline import Baseline, NoAdaptation
+from sunset.managing.baseline import Baseline, NoAdaptation, RandomAdaptation
 from sunset.managing.command import PREFIX
 from sunset.managing.diagnosing import Diagnosing
 from sunset.managing.inspecting import Inspecting
 from sunset.managing.oracle import ORACLE, Oracle
 from sunset.managing.program import load_program
-from sunset.managing.random_adaptation import RandomAdaptation
 from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import Symptoms
 from sunset.texts.sentences import described_error

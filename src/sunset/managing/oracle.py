@@ -7,8 +7,8 @@ from typing import Any, Final
 
 from sunset.errors import ManagerError
 from sunset.managing.base import ManagingSystem
-from sunset.managing.configuration import Configuration, Setting, settings_of, settings_without, strengths_of
 from sunset.managing.symptoms import Symptoms
+from sunset.managing.tools import Configuration, Setting, settings_of, settings_without, strengths_of
 from sunset.system.vocabulary import (
     FAULT_ENDS_TOPIC,
     INJECTIONS_TOPIC,

@@ -4,9 +4,8 @@ from collections import Counter, deque
 from typing import Final
 
 from sunset.managing.base import ManagingSystem
-from sunset.managing.configuration import Configuration, settings_without, view_setting
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.tools import Thresholds, Wiring
+from sunset.managing.tools import Configuration, Thresholds, Wiring, settings_without, view_setting
 from sunset.system.vocabulary import Failure, Fault, Value, View, current_system, full_name
 
 NEW_FRAMES_S: Final = 0.75

@@ -1,8 +1,5 @@
 """Scenarios: the faults that a run injects, and the suites."""
 
-from sunset.scenarios.fault import After as After
-from sunset.scenarios.fault import Profile as Profile
-from sunset.scenarios.fault import ScenarioFault as ScenarioFault
 from sunset.scenarios.loading import generate as generate
 from sunset.scenarios.loading import load_scenario as load_scenario
 from sunset.scenarios.loading import load_suite as load_suite
@@ -13,7 +10,10 @@ from sunset.scenarios.loading import suite_names as suite_names
 from sunset.scenarios.loading import suite_of as suite_of
 from sunset.scenarios.loading import suite_size as suite_size
 from sunset.scenarios.reading import parse_scenario as parse_scenario
+from sunset.scenarios.schema import After as After
+from sunset.scenarios.schema import Profile as Profile
 from sunset.scenarios.schema import Scenario as Scenario
+from sunset.scenarios.schema import ScenarioFault as ScenarioFault
 from sunset.scenarios.schema import onsets as onsets
 from sunset.scenarios.schema import problems as problems
 from sunset.scenarios.schema import with_strengths as with_strengths

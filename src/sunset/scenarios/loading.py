@@ -10,9 +10,8 @@ from typing import Final
 
 from sunset.errors import ScenarioError
 from sunset.files.inputs import read_bytes
-from sunset.scenarios.fault import parse_fault
 from sunset.scenarios.reading import parse_scenario, parse_suite
-from sunset.scenarios.schema import Scenario
+from sunset.scenarios.schema import Scenario, parse_fault
 from sunset.scenarios.splits import MAX_BYTES, SPLITS, WILD, is_scenario_file, read_split, scenario_files
 from sunset.system import System, all_suites, current_system, find_fault, scenario_name
 from sunset.texts.names import base_name

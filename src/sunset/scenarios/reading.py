@@ -11,8 +11,7 @@ import yaml
 
 from sunset.errors import MALFORMED_YAML, InvalidInputError, ScenarioError
 from sunset.flights import KEYS, FlightSpec
-from sunset.scenarios.fault import After, Profile, ScenarioFault
-from sunset.scenarios.schema import Scenario, problems
+from sunset.scenarios.schema import After, Profile, Scenario, ScenarioFault, problems
 from sunset.system import Value, get_fault
 from sunset.texts.names import base_name
 
@@ -76,7 +75,7 @@ class Item:
             raise self._type_error("a list")
         return [replace(self, node=node, key="") for node in self.node.value]
 
-    def mapping(self, *, required: tuple[str, ...], optional: tuple[str, ...]) -> dict[str, "Item"]:
+    def mapping(self, required: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, "Item"]:
         """Return the entries of a mapping that must have the `required` keys and may have the others."""
         if not isinstance(self.node, yaml.MappingNode):
             raise self._type_error(f"a mapping with {', '.join(required or optional)}")
@@ -84,7 +83,7 @@ class Item:
         for key_node, node in self.node.value:
             key = replace(self, node=key_node)
             # the text of the file, since YAML takes the key on for a truth value
-            name = key_node.value if isinstance(key_node, yaml.ScalarNode) else key.text()
+            name = key_node.value if key.is_scalar else str(key.value())
             if name not in (*required, *optional):
                 allowed = ", ".join((*required, *optional))
                 raise key.error(f"the key {name!r} is not known here; there are {allowed}.")
@@ -96,48 +95,32 @@ class Item:
                 raise self.error(f"the key {name!r} is missing.")
         return fields
 
-    def read(self, required: "Readers", optional: "Readers" = MappingProxyType({})) -> dict[str, object]:
-        """Return the values of a mapping: key → the value that the function of the key returns."""
-        fields = self.mapping(required=(*required,), optional=(*optional,))
-        return {key: {**required, **optional}[key](field) for key, field in fields.items()}
+    def read(
+        self,
+        kind: Callable[..., _T],
+        required: tuple[str, ...],
+        optional: tuple[str, ...] = (),
+        **parts: Callable[["Item"], object],
+    ) -> _T:
+        """Return a value that is made of the entries of a mapping; `parts` read entries that are not single values."""
+        fields = self.mapping(required, optional)
+        return self.make(kind, **{key: parts.get(key, Item.value)(field) for key, field in fields.items()})
 
-    def value(self) -> Value:
-        """Return a truth value, a number or a text."""
-        if isinstance(self.node, yaml.ScalarNode):
-            text = self.node.value
-            try:
-                value = self.loader.construct_object(self.node)
-            except (yaml.YAMLError, *MALFORMED_YAML) as error:
-                raise self.error(f"{text!r} is not a value that a fault can have.") from error
-            if isinstance(value, bool | int | float | str):
-                return value
-        raise self._type_error("a truth value, a number or a text")
-
-    def number(self) -> float:
-        """Return a number."""
-        value = self.value()
-        if isinstance(value, bool | str):
-            raise self._type_error("a number", repr(value))
+    def value(self) -> object:
+        """Return a single value, such as a number or a text."""
+        if not isinstance(self.node, yaml.ScalarNode):
+            raise self._type_error("a truth value, a number or a text")
+        try:
+            value: object = self.loader.construct_object(self.node)
+        except (yaml.YAMLError, *MALFORMED_YAML) as error:
+            raise self.error(f"{self.node.value!r} is not a value that a fault can have.") from error
         return value
 
-    def text(self) -> str:
-        """Return a text."""
-        value = self.value()
-        if not isinstance(value, str):
-            raise self._type_error("a text", repr(value))
-        return value
-
-    def _type_error(self, expected: str, got: str = "") -> ScenarioError:
-        if isinstance(self.node, yaml.MappingNode):
-            got = "a mapping"
-        elif isinstance(self.node, yaml.SequenceNode):
-            got = "a list"
+    def _type_error(self, expected: str) -> ScenarioError:
+        kinds: dict[type[yaml.Node], str] = {yaml.MappingNode: "a mapping", yaml.SequenceNode: "a list"}
+        got = kinds.get(type(self.node)) or (repr(self.node.value) if self.node.value else "nothing")
         place = f"for {self.key!r}" if self.key else "here"
-        scalar = f"{self.node.value!r}" if self.node.value else "nothing"
-        return self.error(f"{expected} is expected {place}, got {got or scalar}.")
-
-
-Readers = Mapping[str, Callable[[Item], object]]
+        return self.error(f"{expected} is expected {place}, got {got}.")
 
 
 def parse_yaml(text: str, source: str) -> Item:
@@ -194,14 +177,14 @@ def parse_suite(text: str, name: str) -> tuple[Scenario, ...]:
 
 
 def _ours(root: Item) -> Scenario:
-    fields = root.mapping(required=("name", "faults"), optional=("description", "duration", "flight"))
+    fields = root.mapping(("name", "faults"), ("description", "duration", "flight"))
     items = fields["faults"].items()
     faults = tuple(map(_fault, items))
-    texts = {key: fields[key].text() for key in ("name", "description") if key in fields}
+    values = {key: fields[key].value() for key in ("name", "description") if key in fields}
     flight = _flight(fields["flight"]) if "flight" in fields else None
-    scenario = root.make(Scenario, **texts, flight=flight)
+    scenario = root.make(Scenario, **values, flight=flight)
     if duration := fields.get("duration"):
-        scenario = duration.make(partial(replace, scenario), duration=duration.number())
+        scenario = duration.make(partial(replace, scenario), duration=duration.value())
     for number, problem in problems(faults, scenario.duration_s):
         raise items[number].error(problem)
     return replace(scenario, faults=faults)
@@ -209,34 +192,25 @@ def _ours(root: Item) -> Scenario:
 
 def _fault(item: Item) -> ScenarioFault:
     if item.is_scalar:
-        return item.make(ScenarioFault, name=item.text())
-    required: Readers = {"name": Item.text}
-    optional: Readers = {
-        "value": Item.value,
-        "at": Item.number,
-        "until": Item.number,
-        "profile": _profile,
-        "after": _after,
-        "severity": Item.value,
-    }
-    return item.make(ScenarioFault, **item.read(required, optional))
+        return item.make(ScenarioFault, name=item.value())
+    optional = ("value", "at", "until", "profile", "after", "severity")
+    return item.read(ScenarioFault, ("name",), optional, profile=_profile, after=_after)
 
 
 def _profile(item: Item) -> Profile:
     if item.is_scalar:
-        return item.make(Profile, kind=item.text())
-    values = item.read({"kind": Item.text}, dict.fromkeys(("rise", "on", "off"), Item.number))
-    return item.make(Profile, **values)
+        return item.make(Profile, kind=item.value())
+    return item.read(Profile, ("kind",), ("rise", "on", "off"))
 
 
 def _after(item: Item) -> After:
-    return item.make(After, **item.read({"fault": Item.text, "delay": Item.number}))
+    return item.read(After, ("fault", "delay"))
 
 
 def _flight(item: Item) -> FlightSpec:
-    values = item.read({}, {**dict.fromkeys(KEYS, Item.value), "bag": Item.text})
-    if "bag" in values:
-        values["bag"] = str(Path(item.source).parent / str(values["bag"]))
+    values = {key: field.value() for key, field in item.mapping((), KEYS).items()}
+    if isinstance(bag := values.get("bag"), str):
+        values["bag"] = str(Path(item.source).parent / bag)
     return item.make(FlightSpec.of, conditions=values)
 
 
@@ -268,9 +242,7 @@ def _translate(name: str, target: str, kind: str, value: Value) -> ScenarioFault
 def _published(root: Item, source: str) -> Scenario:
     faults = []
     for item in root.items():
-        fields = item.mapping(required=_REQUIRED_KEYS, optional=_IGNORED_KEYS)
-        name, target, kind = (fields[key].text() for key in _REQUIRED_KEYS[:3])
-        faults.append(
-            item.make(_translate, name=name, target=target, kind=kind, value=fields["value"].value())
-        )
+        fields = item.mapping(_REQUIRED_KEYS, _IGNORED_KEYS)
+        texts = [str(fields[key].value()) for key in ("name", "target_node", "type")]
+        faults.append(item.make(partial(_translate, *texts), value=fields["value"].value()))
     return root.make(Scenario, name=Path(source).stem, faults=tuple(faults))

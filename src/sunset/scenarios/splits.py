@@ -22,8 +22,7 @@ from sunset.files.inputs import read_bytes
 from sunset.files.outputs import draft_of_folder
 from sunset.files.schemas import check_fields, convert, document_text, read_json
 from sunset.flights import TIMES, FlightSpec
-from sunset.scenarios.fault import INTERMITTENT, RAMP, STEP, After, Profile, ScenarioFault
-from sunset.scenarios.schema import Scenario
+from sunset.scenarios.schema import INTERMITTENT, RAMP, STEP, After, Profile, Scenario, ScenarioFault
 from sunset.system import current_system, excluding_pairs, get_fault, loaded_extensions, unlisted_names
 from sunset_ros.seeding import check_seed, generator
 from sunset_ros.texts import shown, suggestion
@@ -66,9 +65,6 @@ class Parts:
         counts: numbers of faults in a scenario.
         profiles: kinds of profiles; a fault without a strength cannot have a ramp.
         severities: of faults that degrade images and have a strength.
-        towns: of flights.
-        heights: of flights [m].
-        weathers: of flights.
     """
 
     counts: tuple[int, ...]
@@ -237,13 +233,9 @@ class _Draw:
 
 
 class SplitDescription(msgspec.Struct, frozen=True, kw_only=True):
-    """The content of `split.json`: how a split was drawn, and the hash by which it is pinned.
+    """The content of `split.json`: a split's specification, and the hash by which it is pinned.
 
     Attributes:
-        split: train, validation, test or wild.
-        count: the number of scenarios.
-        seed: the seed of all draws.
-        flights: whether each scenario has a flight of its own.
         salt_sha256: the salt's hash, in hexadecimal; None without a salt.
         rule: the rule of drawing.
         extensions: of the managed system: name → checksum.

@@ -33,7 +33,6 @@ from sunset.system.description import Value as Value
 from sunset.system.description import View as View
 from sunset.system.description import redeploy as redeploy
 from sunset.system.description import restart as restart
-from sunset.system.extension import Extension as Extension
 from sunset.system.harness import BAG_PLAYER as BAG_PLAYER
 from sunset.system.harness import BLACKBOARD_TOPIC as BLACKBOARD_TOPIC
 from sunset.system.harness import CLOCK_TOPIC as CLOCK_TOPIC
@@ -78,6 +77,7 @@ from sunset.system.paper import IMAGE_DEGRADATION_RANGE as IMAGE_DEGRADATION_RAN
 from sunset.system.paper import MODALITIES as MODALITIES
 from sunset.system.paper import SHARPNESS_SIGNAL as SHARPNESS_SIGNAL
 from sunset.system.paper import USE_CAMERA as USE_CAMERA
+from sunset.system.system import Extension as Extension
 from sunset.system.system import System as System
 from sunset.system.window import DURATION_S as DURATION_S
 from sunset.system.window import GAP_S as GAP_S

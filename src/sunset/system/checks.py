@@ -13,10 +13,9 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
-from sunset.system.extension import Extension
 from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
 from sunset.system.names import full_name, scenario_name
-from sunset.system.system import System
+from sunset.system.system import Extension, System
 from sunset_ros.texts import suggestion
 
 _PAIR: Final = 2

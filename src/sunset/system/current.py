@@ -20,9 +20,8 @@ from sunset.files.inputs import file_digest
 from sunset.files.sources import compiled_checksum, import_file, import_place, is_edited
 from sunset.system.checks import check_extension, check_system
 from sunset.system.description import Fault
-from sunset.system.extension import Extension, Suite
 from sunset.system.paper import PAPER
-from sunset.system.system import System
+from sunset.system.system import Extension, Suite, System
 from sunset.texts.sentences import described_error
 from sunset_ros.texts import suggestion
 

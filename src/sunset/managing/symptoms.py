@@ -88,18 +88,15 @@ class Symptoms(Mapping[str, Value]):
 
     def signal(self, name: str) -> FloatOrNaN:
         """Return the mean of a signal's last 5 samples, such as `segmentation_entropy`; NaN until there are five."""
-        signals = current_system().signals
-        if name not in self and name not in signals:
-            raise _unknown_error("signal", name, signals)
-        return self._number(name)
+        return self._number("signal", name, str)
 
     def frequency(self, topic: str) -> FloatOrNaN:
         """Return the messages per second on a topic, over the last second; NaN until the first came."""
-        return self._number(self._topic_key(topic, frequency_entry))
+        return self._number("topic", topic, frequency_entry)
 
     def age(self, topic: str) -> FloatOrNaN:
         """Return how long ago the last message on a topic came [s]; NaN until the first came."""
-        return self._number(self._topic_key(topic, age_entry))
+        return self._number("topic", topic, age_entry)
 
     def stopped(self, topic: str) -> bool:
         """Return whether a topic that once had messages has had none for the last second."""
@@ -132,28 +129,26 @@ class Symptoms(Mapping[str, Value]):
 
     def state(self, node: str) -> str:
         """Return a node's lifecycle state, such as `active`; `unknown` while its heartbeat is missing."""
-        return str(self._values.get(self._node_key(node, state_entry), "unknown"))
+        return str(self._values.get(self._key("node", node, state_entry), "unknown"))
 
     def heartbeat(self, node: str) -> FloatOrNaN:
         """Return a node's heartbeats per second, over the last second; NaN until the first came."""
-        return self._number(self._node_key(node, heartbeat_entry))
+        return self._number("node", node, heartbeat_entry)
 
-    def _topic_key(self, topic: str, entry: Callable[[str], str]) -> str:
-        key = entry(str(topic))
-        topics = current_system().topics
-        if key not in self and key not in map(entry, topics):
-            raise _unknown_error("topic", topic, topics)
+    def _key(self, kind: str, name: str, entry: Callable[[str], str]) -> str:
+        """Return the name of an entry; an unknown name is a mistake of the caller."""
+        system = current_system()
+        known = {"signal": system.signals, "topic": system.topics, "node": system.nodes}[kind]
+        key = entry(base_name(str(name)) if kind == "node" else str(name))
+        if key not in self and key not in map(entry, known):
+            raise ValueError(
+                f"There is no {kind} {shorten(repr(name), 100)}: {suggestion(str(name), known)}name one of "
+                f"{', '.join(known)}. If an extension adds it, pass --extension."
+            )
         return key
 
-    def _node_key(self, node: str, entry: Callable[[str], str]) -> str:
-        short = base_name(str(node))
-        key, nodes = entry(short), current_system().nodes
-        if key not in self and short not in nodes:
-            raise _unknown_error("node", node, nodes)
-        return key
-
-    def _number(self, key: str) -> FloatOrNaN:
-        value = self._values.get(key)
+    def _number(self, kind: str, name: str, entry: Callable[[str], str]) -> FloatOrNaN:
+        value = self._values.get(self._key(kind, name, entry))
         return math.nan if value is None or isinstance(value, str) else float(value)
 
 
@@ -172,13 +167,6 @@ def _missing_text(key: object, values: Iterable[str]) -> str:
     quoted = shorten(repr(key), 100)
     return (
         f"The blackboard has no entry {quoted}: {suggestion(str(key), names)}name one of {', '.join(names)}."
-    )
-
-
-def _unknown_error(kind: str, name: str, known: Iterable[str]) -> ValueError:
-    return ValueError(
-        f"There is no {kind} {shorten(repr(name), 100)}: {suggestion(str(name), known)}name one of "
-        f"{', '.join(known)}. If an extension adds it, pass --extension."
     )
 
 

@@ -4,6 +4,7 @@ import os
 import re
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
@@ -50,16 +51,21 @@ def suite(name: str) -> tuple[Scenario, ...]:
 
 @lru_cache(maxsize=64)
 def _suite(system: System, name: str) -> tuple[Scenario, ...]:
+    del system  # the results are those of a system
     scenarios = all_suites()[name]
     if isinstance(scenarios, str):
         return parse_suite(scenarios, name)
-    return tuple(_scenario(system, name, faults) for faults in scenarios)
-
-
-def _scenario(system: System, suite_name: str, faults: tuple[str, ...]) -> Scenario:
-    parsed = tuple(map(parse_fault, faults))
-    sentences = " ".join(system.faults[fault.name].description for fault in parsed)
-    return Scenario(scenario_name(suite_name, faults), parsed, sentences or "Nothing goes wrong.")
+    made: dict[str, Scenario] = {}
+    for faults in scenarios:
+        try:
+            scenario = generate(faults, name=scenario_name(name, faults))
+        except ScenarioError as error:
+            raise ScenarioError(f"The suite {name} is not usable: {error}") from error
+        if scenario.name in made:
+            raise ScenarioError(f"The suite {name} has the scenario {scenario.name} twice; name each once.")
+        sentences = " ".join(fault.fault.description for fault in scenario.faults)
+        made[scenario.name] = replace(scenario, description=sentences or "Nothing goes wrong.")
+    return tuple(made.values())
 
 
 def suite_of(scenario: Scenario) -> str:

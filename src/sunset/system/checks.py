@@ -1,10 +1,10 @@
 """Checks that the parts of a managed system fit each other; each mistake is an `ExtensionError` of one sentence."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from math import inf
 from typing import Any, Final, TypeVar
 
-from sunset.errors import ExtensionError, ScenarioError
+from sunset.errors import ExtensionError
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
@@ -14,7 +14,7 @@ from sunset.system.description import (
     restart,
 )
 from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
-from sunset.system.names import full_name, scenario_name
+from sunset.system.names import full_name
 from sunset.system.system import Extension, System
 from sunset_ros.texts import suggestion
 
@@ -216,35 +216,6 @@ def _check_suites(system: System) -> None:
     for suite, scenarios in system.suites.items():
         if not scenarios:
             raise ExtensionError(f"The suite {suite} has no scenario.")
-        if not isinstance(scenarios, str):  # a text is checked when it is read, which takes a while
-            _check_scenarios(suite, scenarios, system)
-
-
-def _check_scenarios(suite: str, scenarios: Sequence[Sequence[str]], system: System) -> None:
-    label = f"The suite {suite}"
-    told = [scenario_name(suite, faults) for faults in scenarios]
-    for name in told:
-        if told.count(name) > 1:
-            raise ExtensionError(f"{label} has the scenario {name} twice; name each once.")
-    for scenario in scenarios:
-        names = {_checked_name(text, system, label) for text in scenario}
-        for pair in system.exclusive:
-            if names.issuperset(pair):
-                raise ExtensionError(f"{label} has {' with '.join(pair)}, which exclude each other.")
-
-
-def _checked_name(text: str, system: System, label: str) -> str:
-    """Check a fault of a scenario, `fault` or `fault=value`, and return its name."""
-    name, separator, strength = text.partition("=")
-    fault = _known("fault", name, system.faults, label)
-    try:
-        if separator:
-            fault.checked(float(strength))
-    except ValueError:
-        raise ExtensionError(f"{label} gives {name} a strength that is not a number: {strength!r}.") from None
-    except ScenarioError as error:
-        raise ExtensionError(f"{label} has an impossible strength: {error}") from error
-    return name
 
 
 def _check_parameter(adaptation: Adaptation, node_class: type) -> None:

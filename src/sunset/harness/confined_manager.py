@@ -33,7 +33,7 @@ from sunset.managing import (
     is_registered,
     parse_command,
 )
-from sunset.managing.command import Command
+from sunset.managing.program import Command
 from sunset.managing.sources import manager_code, manager_data
 from sunset.processes.calls import Patience
 from sunset.processes.confinement import View

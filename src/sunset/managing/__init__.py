@@ -4,8 +4,6 @@ from sunset.managing.base import ManagingSystem as ManagingSystem
 from sunset.managing.baseline import Baseline as Baseline
 from sunset.managing.baseline import NoAdaptation as NoAdaptation
 from sunset.managing.baseline import RandomAdaptation as RandomAdaptation
-from sunset.managing.command import PREFIX as PREFIX
-from sunset.managing.command import parse_command as parse_command
 from sunset.managing.diagnosing import Diagnosing as Diagnosing
 from sunset.managing.inspecting import Inspecting as Inspecting
 from sunset.managing.loading import EXTERNAL as EXTERNAL
@@ -18,7 +16,9 @@ from sunset.managing.oracle import ORACLE as ORACLE
 from sunset.managing.oracle import KnownFault as KnownFault
 from sunset.managing.oracle import KnownScenario as KnownScenario
 from sunset.managing.oracle import Oracle as Oracle
+from sunset.managing.program import PREFIX as PREFIX
 from sunset.managing.program import Program as Program
+from sunset.managing.program import parse_command as parse_command
 from sunset.managing.reactive import Reactive as Reactive
 from sunset.managing.sources import checksum as checksum
 from sunset.managing.sources import sources_digest as sources_digest

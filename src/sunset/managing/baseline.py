@@ -1,22 +1,22 @@
 """The managing systems to compare with: none, at random, and the paper's baseline."""
 
-from types import MappingProxyType
+from collections.abc import Mapping
 from typing import Final, cast
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.tools import Thresholds, request
-from sunset.system.vocabulary import Adaptation, Failure, current_system
+from sunset.system.vocabulary import Failure, current_system
 from sunset_ros.seeding import generator
 
-_NODE_OF_TOPIC: Final = MappingProxyType(
-    {
-        "rgb_camera": "camera",
-        "depth_camera": "depth",
-        "sensors_fused": "sensor_fusion",
-        "segmentation": "segmentation",
-    }
-)
+_SHARE: Final = 0.1
+"""Share of calls of `adapt` during a failure in which it adapts: once in two seconds, on average."""
+_NODE_OF_TOPIC: Final[Mapping[str, str]] = {
+    "rgb_camera": "camera",
+    "depth_camera": "depth",
+    "sensors_fused": "sensor_fusion",
+    "segmentation": "segmentation",
+}
 
 
 class NoAdaptation(ManagingSystem):
@@ -56,10 +56,6 @@ class Baseline(ManagingSystem):
         return begins
 
 
-_SHARE: Final = 0.1
-"""Share of calls of `adapt` during a failure in which it adapts: once in two seconds, on average."""
-
-
 class RandomAdaptation(ManagingSystem):
     """Chooses cures of the failures that show, at random moments, all with the same probability.
 
@@ -84,7 +80,8 @@ class RandomAdaptation(ManagingSystem):
         }
         faults = (fault for fault in current_system().faults.values() if fault.failure in showing)
         cures = dict.fromkeys(cure for fault in faults for cure in fault.cures)
-        possible = [cure for cure in cures if is_possible(cure, symptoms)]
+        # a node that boots cannot answer
+        possible = [cure for cure in cures if symptoms.state(cure[0].node) in {"active", "inactive"}]
         self.looks += 1
         random = generator(self.seed, "random adaptation", self.looks, repr(symptoms))
         if possible and random.random() < _SHARE:
@@ -96,8 +93,3 @@ class RandomAdaptation(ManagingSystem):
         if failure.topic:
             return symptoms.stopped(failure.topic)
         return self.thresholds.is_beyond(failure.signal, symptoms)
-
-
-def is_possible(cure: tuple[Adaptation, ...], symptoms: Symptoms) -> bool:
-    """Return whether the first node of a cure can answer: a node that boots cannot."""
-    return symptoms.state(cure[0].node) in {"active", "inactive"}

@@ -10,7 +10,7 @@ from sunset.managing.symptoms import Symptoms
 from sunset.managing.tools import (
     Configuration,
     Setting,
-    is_of_configuration,
+    configuration_faults,
     request,
     settings_of,
     settings_without,
@@ -200,8 +200,8 @@ class Diagnosing(ManagingSystem):
 
     def correct(self) -> None:
         """Restore wrong parameters, as far as they can be read."""
-        self.configuration.read(self.faults)
-        for fault in filter(is_of_configuration, self.faults.values()):
+        self.configuration.read()
+        for fault in configuration_faults():
             is_wrong = self.configuration.is_wrong(fault)
             if is_wrong is not None:
                 self.belief.exclude([fault.name])

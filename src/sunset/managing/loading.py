@@ -20,11 +20,10 @@ from sunset.files.sources import (
 )
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline, NoAdaptation, RandomAdaptation
-from sunset.managing.command import PREFIX
 from sunset.managing.diagnosing import Diagnosing
 from sunset.managing.inspecting import Inspecting
 from sunset.managing.oracle import ORACLE, Oracle
-from sunset.managing.program import load_program
+from sunset.managing.program import PREFIX, Program, parse_command
 from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import Symptoms
 from sunset.texts.sentences import described_error
@@ -69,7 +68,7 @@ class PassedManager(NamedTuple):
     texts: Mapping[Path, bytes]
 
 
-_passed: dict[str, PassedManager] = {}
+PASSED: Final[dict[str, PassedManager]] = {}
 """By the names under which this process, and those that it forks, load them."""
 
 
@@ -88,11 +87,12 @@ def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
     """
     if spec in MANAGERS:
         return MANAGERS[spec]
-    if spec in _passed:
-        return _passed[spec].manager_class
+    if spec in PASSED:
+        return PASSED[spec].manager_class
     _check_printable(spec)
     if spec.startswith(PREFIX):
-        return load_program(spec, folder)
+        command = parse_command(spec, folder)
+        return type("Program", (Program,), {"command": command, "__module__": Program.__module__})
     where, _, name = spec.rpartition(":")
     if not where or not name:
         if spec.endswith(".py"):
@@ -132,7 +132,7 @@ def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> 
     )
     parts = _files_by_part(origin)
     texts = {file: file.read_bytes() for file in sorted(set(parts.values()))}
-    known = _passed.get(name)
+    known = PASSED.get(name)
     is_changed = known is not None and known.origin is origin and known.texts != texts
     if is_changed or any(is_edited(file, part) for part, file in parts.items()):
         raise ManagerError(
@@ -141,18 +141,13 @@ def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> 
     values = [manager.args, manager.keywords] if isinstance(manager, partial) else []
     files = tuple(texts) if _is_plain(values) else ()
     arguments = (repr(values).encode(),) if files and any(values) else ()
-    _passed[name] = PassedManager(origin, manager_class, files, arguments, texts)
+    PASSED[name] = PassedManager(origin, manager_class, files, arguments, texts)
     return name
 
 
 def is_registered(name: str) -> bool:
     """Return whether a managing system was passed as a class, so that only this process and its forks have it."""
-    return name in _passed
-
-
-def passed_manager(name: str) -> PassedManager:
-    """Return a managing system that `register_manager` has registered."""
-    return _passed[name]
+    return name in PASSED
 
 
 def _class_of_factory(name: str, make: Callable[..., ManagingSystem]) -> type[ManagingSystem]:
@@ -258,13 +253,9 @@ def _missing_class_error(where: str, module: ModuleType, name: str) -> ManagerEr
         for other, value in vars(module).items()
         if isinstance(value, type) and issubclass(value, ManagingSystem) and value is not ManagingSystem
     ]
-    match classes:
-        case []:
-            hint = ""
-        case [only]:
-            hint = f": name {only}"
-        case _:
-            hint = f": {suggestion(name, classes)}name one of {', '.join(classes)}"
+    hint = f": name {classes[0]}" if classes else ""
+    if classes[1:]:
+        hint = f": {suggestion(name, classes)}name one of {', '.join(classes)}"
     return ManagerError(f"There is no class {name} in {where}{hint}.")
 
 
@@ -296,11 +287,7 @@ def _checked_class(spec: str, manager_class: object) -> type[ManagingSystem]:
 
 
 def _check_printable(spec: str) -> None:
-    """Refuse a name that a record cannot hold.
-
-    Raises:
-        ManagerError: it contains an unprintable character.
-    """
+    """Refuse a name that a record cannot hold."""
     if not spec.isprintable():
         raise ManagerError(f"The managing system {spec!r} contains an unprintable character.")
 

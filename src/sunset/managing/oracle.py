@@ -149,7 +149,6 @@ class Oracle(ManagingSystem):
         self.configuration = Configuration(self)
         self.start_s = math.inf  # when the measured time began, known from the first fault
         self.symptoms = Symptoms({})
-        self.outputs = {node.name: node.outputs for node in current_system().nodes.values()}
         self.create_subscription(FaultInjection, INJECTIONS_TOPIC, self.on_injection, 100)
         self.create_subscription(FaultEnd, FAULT_ENDS_TOPIC, self.on_end, 100)
 
@@ -234,7 +233,8 @@ class Oracle(ManagingSystem):
             for name, present in self.present.items()
             if _kind(cures[name]) is not AdaptationKind.RESTART
         }
-        away |= {full_name(topic) for node in self.configuration.booting for topic in self.outputs[node]}
+        nodes = current_system().nodes
+        away |= {full_name(topic) for node in self.configuration.booting for topic in nodes[node].outputs}
         return {key: value for topic, (key, value) in settings_without().items() if topic in away}
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from sunset.errors import ManagerError
 from sunset.files.sources import is_installed, modules_beside
-from sunset.managing.command import PREFIX, parse_command
-from sunset.managing.loading import MANAGERS, is_registered, passed_manager
+from sunset.managing.loading import MANAGERS, PASSED
+from sunset.managing.program import PREFIX, parse_command
 
 
 def checksum(spec: str) -> str:
@@ -48,8 +48,8 @@ def source_files(spec: str) -> tuple[Path, ...]:
         return parse_command(spec).files
     if spec in MANAGERS:
         return (Path(inspect.getfile(MANAGERS[spec])),)
-    if is_registered(spec):
-        return passed_manager(spec).files
+    if spec in PASSED:
+        return PASSED[spec].files
     where = spec.rpartition(":")[0]
     if where.endswith(".py"):
         if not Path(where).is_file():
@@ -66,7 +66,7 @@ def source_files(spec: str) -> tuple[Path, ...]:
 
 def partial_arguments(spec: str) -> tuple[bytes, ...]:
     """Return the arguments of a `functools.partial` that was passed, as text; they are part of the checksum."""
-    return passed_manager(spec).arguments if is_registered(spec) else ()
+    return PASSED[spec].arguments if spec in PASSED else ()
 
 
 def manager_code(spec: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
@@ -180,7 +180,7 @@ def _literal_names(file: Path, name: str, value: ast.expr) -> list[str]:
 def _own_file(spec: str) -> Path | None:
     """Return the file of a managing system's class or package, if it is the user's own and not installed."""
     where, _, name = spec.rpartition(":")
-    if spec.startswith(PREFIX) or spec in MANAGERS or is_registered(spec) or not where or not name:
+    if spec.startswith(PREFIX) or spec in MANAGERS or spec in PASSED or not where or not name:
         return None
     if where.endswith(".py"):
         return Path(where).resolve()

@@ -40,7 +40,7 @@ class Wiring:
 
     def __init__(self) -> None:
         nodes = current_system().nodes.values()
-        self.publisher = {full_name(topic): node.name for node in nodes for topic in node.outputs}
+        self.publisher = current_system().publishers
         self.inputs = {
             node.name: tuple(topic for topic in map(full_name, node.inputs) if topic in self.publisher)
             for node in nodes
@@ -145,19 +145,18 @@ def settings_without() -> dict[str, tuple[Setting, Value]]:
     }
 
 
+def configuration_faults() -> list[Fault]:
+    """Return the faults that are wrong values of parameters, which can be read."""
+    return [fault for fault in current_system().faults.values() if fault.kind is FaultKind.CONFIGURATION]
+
+
 def healthy_settings() -> dict[Setting, Value]:
     """Return the known settings of a healthy system."""
-    faults = current_system().faults.values()
-    healthy = {(fault.node, fault.parameter): fault.healthy for fault in faults if is_of_configuration(fault)}
+    healthy = {(fault.node, fault.parameter): fault.healthy for fault in configuration_faults()}
     healthy[view_setting()] = current_system().views[0].setting.value
-    for fault in faults:
+    for fault in current_system().faults.values():
         healthy |= dict.fromkeys(strengths_of(fault), fault.value)
     return {setting: value for setting, value in healthy.items() if value is not None}
-
-
-def is_of_configuration(fault: Fault) -> bool:
-    """Return whether a fault is a wrong value of a parameter, which can be read."""
-    return fault.kind is FaultKind.CONFIGURATION
 
 
 def strengths_of(fault: Fault) -> list[Setting]:
@@ -229,9 +228,9 @@ class Configuration:
             if now_s - since_s > self.boot_s[node] and symptoms.state(node) == "active":
                 del self._redeployed_s[node]
 
-    def read(self, faults: Mapping[str, Fault]) -> None:
+    def read(self) -> None:
         """Read the parameters of configuration faults."""
-        for fault in filter(is_of_configuration, faults.values()):
+        for fault in configuration_faults():
             setting = node, parameter = fault.node, fault.parameter
             if node not in self._readers:
                 service = f"{full_name(node)}/get_parameters"

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType, ModuleType
-from typing import Any, Final, NamedTuple, Self, cast
+from typing import Final, NamedTuple, Self, cast
 
 from sunset.errors import ManagerError
 from sunset.files.sources import (
@@ -176,7 +176,7 @@ def _class_of_factory(name: str, make: Callable[..., ManagingSystem]) -> type[Ma
     return FromFactory
 
 
-def _files_by_part(origin: object) -> dict[object, Path]:
+def _files_by_part(origin: type | Callable[..., object]) -> Mapping[type | Callable[..., object], Path]:
     """Return the file of a class or function and of each base class; empty if one of them has no file."""
     bases = origin.__mro__[1:] if isinstance(origin, type) else ()
     parts = [origin, *(base for base in bases if base.__module__.partition(".")[0] not in _KNOWN)]
@@ -184,7 +184,7 @@ def _files_by_part(origin: object) -> dict[object, Path]:
     return files if len(files) == len(parts) else {}
 
 
-def _source_file(part: Any) -> Path | None:
+def _source_file(part: type | Callable[..., object]) -> Path | None:
     """Return the file of a class or function; None if a notebook, a console or another function defines it."""
     if "<" in getattr(part, "__qualname__", "<object>"):  # such as make.<locals>.Mine
         return None

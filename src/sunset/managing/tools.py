@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, Final, cast
+from typing import Final, cast
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import FloatOrNaN, Symptoms
@@ -239,7 +239,7 @@ class Configuration:
                 future = self._readers[node].call_async(GetParameters.Request(names=[parameter]))
                 future.add_done_callback(partial(self._on_value, setting))
 
-    def _on_value(self, setting: Setting, future: Future[Any]) -> None:
+    def _on_value(self, setting: Setting, future: Future[GetParameters.Response]) -> None:
         response = future.result()
         if response is not None and response.values and setting[0] not in self._redeployed_s:
             self._read[setting] = scalar_of(response.values[0])

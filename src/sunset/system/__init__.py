@@ -1,18 +1,18 @@
 """The managed system as data: nodes, topics, signals, failures, faults, adaptations and suites."""
 
-from sunset.system.cures import STATE as STATE
-from sunset.system.cures import Key as Key
-from sunset.system.cures import comparable_text as comparable_text
-from sunset.system.cures import goal_of as goal_of
-from sunset.system.cures import is_in_place as is_in_place
+from sunset.system.current import STATE as STATE
+from sunset.system.current import Key as Key
 from sunset.system.current import LoadedExtension as LoadedExtension
 from sunset.system.current import all_suites as all_suites
+from sunset.system.current import comparable_text as comparable_text
 from sunset.system.current import current_system as current_system
 from sunset.system.current import degradations_of as degradations_of
 from sunset.system.current import excluding_pairs as excluding_pairs
 from sunset.system.current import extended_system as extended_system
 from sunset.system.current import find_fault as find_fault
 from sunset.system.current import get_fault as get_fault
+from sunset.system.current import goal_of as goal_of
+from sunset.system.current import is_in_place as is_in_place
 from sunset.system.current import load_extension as load_extension
 from sunset.system.current import loaded_extensions as loaded_extensions
 from sunset.system.current import system_with as system_with

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from math import inf
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
 from sunset.errors import ExtensionError
 from sunset.system.description import (
@@ -223,7 +223,7 @@ def _check_parameter(adaptation: Adaptation, node_class: type) -> None:
     if not adaptation.parameter:
         return
     label = f"the parameter {adaptation.parameter!r}"
-    parameter: Any = getattr(node_class, adaptation.parameter, None)
+    parameter: object = getattr(node_class, adaptation.parameter, None)
     default = getattr(parameter, "default", None)
     if default is None:
         raise ExtensionError(

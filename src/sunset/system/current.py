@@ -1,11 +1,11 @@
-"""The managed system in use: the paper's, and the parts that extensions add.
+"""The managed system in use: the paper's, the parts that extensions add, and whether a cure is in place.
 
 A context variable holds it. Its default is the process's system, so threads share that, unless they are in an
 `extended_system`. A thread or process that is started in an `extended_system` does not inherit it.
 """
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
@@ -19,11 +19,19 @@ from sunset.errors import ExtensionError, ScenarioError
 from sunset.files.inputs import file_digest
 from sunset.files.sources import compiled_checksum, import_file, import_place, is_edited
 from sunset.system.checks import check_extension, check_system
-from sunset.system.description import Fault
+from sunset.system.description import Adaptation, Fault
+from sunset.system.names import full_name
 from sunset.system.paper import PAPER
 from sunset.system.system import Extension, Suite, System
+from sunset.texts.names import ros_text
 from sunset.texts.sentences import described_error
 from sunset_ros.texts import suggestion
+
+STATE: Final = ""
+"""The lifecycle state of a node, in place of a parameter's name."""
+
+Key = tuple[str, str]
+"""A node, without namespace, and one of its parameters, or `STATE`."""
 
 _GROUP: Final = "sunset.extensions"
 """The group of entry points of installed extensions."""
@@ -271,3 +279,33 @@ def degradations_of(names: Iterable[str]) -> str:
     failures = {name: fault.failure if fault else "" for name, fault in faults.items()}
     degradations = [name for name, failure in failures.items() if failure not in system.outages]
     return "+".join(sorted(degradations or set(failures.values())))
+
+
+def comparable_text(key: Key, value: object) -> str:
+    """Return a parameter's value, or a state, for comparison: as ROS writes it, topics by their full names."""
+    text = ros_text(value)
+    return full_name(text) if key in current_system().topic_parameters else text
+
+
+def goal_of(step: Adaptation) -> tuple[Key, str] | None:
+    """Return the parameter or state that a step of a cure sets, and its value; None for restarts and redeploys."""
+    if step.parameter:
+        key = step.node, step.parameter
+        return key, comparable_text(key, step.value)
+    state = step.kind.goal_state
+    return None if state is None else ((step.node, STATE), state)
+
+
+def is_in_place(fault: Fault, cure: Sequence[Adaptation], setting: Callable[[Key], str | None]) -> bool:
+    """Return whether a cure of a fault is in place: all of its steps are done, and undo enough of the fault.
+
+    Args:
+        fault: a fault.
+        cure: one of its cures; a cure with a restart or redeploy is never in place.
+        setting: returns the current value, as `comparable_text` writes it; None if it is unknown.
+    """
+    goals = [goal_of(step) for step in cure]
+    amounts = [setting((step.node, fault.parameter)) for step in cure]
+    return all(goal is not None and setting(goal[0]) == goal[1] for goal in goals) and fault.is_undone(
+        setting((fault.node, fault.parameter)), amounts
+    )

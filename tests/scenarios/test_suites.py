@@ -101,7 +101,7 @@ def test_every_scenario_of_cascade_has_one_fault_that_brings_the_others() -> Non
 def test_long_lasts_two_minutes_in_which_faults_come_until_the_end() -> None:
     for scenario in suite("long"):
         begun = sorted(onsets(scenario.faults))
-        assert scenario.duration_s == 120
+        assert scenario.duration == 120
         assert len(begun) >= 8
         assert begun[0] < 20
         assert begun[-1] > 60

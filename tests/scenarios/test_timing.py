@@ -25,7 +25,7 @@ faults:
 def test_a_scenario_says_when_its_faults_come_and_go() -> None:
     scenario = parse_scenario(TIMED, "there")
 
-    assert scenario.duration_s == 60
+    assert scenario.duration == 60
     assert scenario.flight is not None
     assert scenario.flight.town == 8
     growing, first, again, flickering, _, following = scenario.faults

@@ -185,7 +185,7 @@ def _ours(root: Item) -> Scenario:
     scenario = root.make(Scenario, **values, flight=flight)
     if duration := fields.get("duration"):
         scenario = duration.make(partial(replace, scenario), duration=duration.value())
-    for number, problem in problems(faults, scenario.duration_s):
+    for number, problem in problems(faults, scenario.duration):
         raise items[number].error(problem)
     return replace(scenario, faults=faults)
 

@@ -210,7 +210,7 @@ class Scenario:
         name: its name in results, such as `paper/gpu_failure+image_shift+autofocus_needed`.
         faults: the faults; none for a healthy run. A fault may not overlap itself or a fault that it excludes.
         description: one sentence for a reader; may be empty.
-        duration: the measured time [s]; None for the paper's 20 s.
+        duration: the measured time, unless the run overrides it [s].
         flight: the flight; None for the default flight.
 
     Raises:
@@ -223,7 +223,7 @@ class Scenario:
         Meta(description="a tuple of ScenarioFault, as in sunset.make_scenario('gpu_failure').faults"),
     ] = ()
     description: str = ""
-    duration: Annotated[float, Meta(ge=1, le=LONGEST_S, title="duration of a scenario [s]")] | None = None
+    duration: Annotated[float, Meta(ge=1, le=LONGEST_S, title="duration of a scenario [s]")] = DURATION_S
     flight: FlightSpec | None = None
 
     def __post_init__(self) -> None:
@@ -232,20 +232,15 @@ class Scenario:
             raise ScenarioError(f"A scenario needs a name of printable characters, got {shown(self.name)}.")
         to_floats(self, "duration")
         object.__setattr__(self, "faults", tuple(self.faults))
-        for _, problem in problems(self.faults, self.duration_s):
+        for _, problem in problems(self.faults, self.duration):
             raise ScenarioError(problem)
-
-    @property
-    def duration_s(self) -> float:
-        """The measured time, unless the run overrides it [s]."""
-        return DURATION_S if self.duration is None else self.duration
 
     def to_yaml(self) -> str:
         """Return the scenario as a file that `load_scenario` reads."""
         content: dict[str, object] = {"name": self.name}
         if self.description:
             content["description"] = self.description
-        if self.duration is not None:
+        if self.duration != DURATION_S:
             content["duration"] = self.duration
         if self.flight is not None:
             content["flight"] = self.flight.conditions()

@@ -227,9 +227,8 @@ def test_the_papers_system_fits_together() -> None:
     ],
 )
 def test_what_contradicts_itself_gets_one_sentence(extension: Extension, sentence: str) -> None:
-    system = System(PAPER, extension)
     with pytest.raises(ExtensionError, match=sentence) as caught:
-        check_all(system, extension)
+        check_all(System(PAPER, extension), extension)
     assert str(caught.value).endswith(".")
     assert "\n" not in str(caught.value)
 

@@ -168,8 +168,8 @@ def _add(loaded: LoadedExtension, part: Extension, where: str | Path) -> None:
     if loaded.name in {other.name for other in use.extensions}:
         raise ExtensionError(f"The name of the extension {loaded.name} is taken: rename {where}.")
     extensions = {**use.extensions, loaded: part}
-    system = System(PAPER, *(extensions[key] for key in sorted(extensions, key=lambda key: key.name)))
     try:
+        system = System(PAPER, *(extensions[key] for key in sorted(extensions, key=lambda key: key.name)))
         check_system(system)
         check_extension(part, system, use.system)
     except ExtensionError as error:

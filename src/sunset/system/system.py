@@ -114,39 +114,39 @@ NamedT = TypeVar("NamedT", bound=_Named)
 class System:
     """A managed system.
 
-    Its attributes raise an `ExtensionError` where parts contradict each other; `check_system` reads all of them.
-
     Args:
         *parts: the paper's part and extensions of it.
+
+    Raises:
+        ExtensionError: parts contradict each other. Other attributes raise it, too; `check_system` reads all of them.
     """
 
     def __init__(self, *parts: Extension) -> None:
         self.parts = parts
-
-    @cached_property
-    def nodes(self) -> Mapping[str, NodeDescription]:
+        self.nodes = _by_name("node", (node for part in parts for node in part.nodes))
         """The managed nodes, by name."""
-        return _by_name("node", (node for part in self.parts for node in part.nodes))
-
-    @cached_property
-    def topics(self) -> Mapping[str, Topic]:
+        self.topics = _by_name("topic", (topic for part in parts for topic in part.topics))
         """The topics that the monitor watches, by name."""
-        return _by_name("topic", (topic for part in self.parts for topic in part.topics))
-
-    @cached_property
-    def signals(self) -> Mapping[str, Signal]:
+        self.signals = _by_name("signal", (signal for part in parts for signal in part.signals))
         """The signals, by name."""
-        return _by_name("signal", (signal for part in self.parts for signal in part.signals))
-
-    @cached_property
-    def failures(self) -> Mapping[str, Failure]:
+        self.failures = _by_name("failure", (failure for part in parts for failure in part.failures))
         """The failures, by name."""
-        return _by_name("failure", (failure for part in self.parts for failure in part.failures))
-
-    @cached_property
-    def faults(self) -> Mapping[str, Fault]:
+        self.faults = _by_name("fault", (fault for part in parts for fault in part.faults))
         """The faults, by name."""
-        return _by_name("fault", (fault for part in self.parts for fault in part.faults))
+        self.exclusive = tuple(pair for part in parts for pair in part.exclusive)
+        """Pairs of faults that cannot be there at the same time: each would be the other's cure."""
+        self.views = tuple(view for part in parts for view in part.views)
+        """The values of the parameter that chooses the sensors of the pipeline."""
+        self.outages = frozenset(failure.name for failure in self.failures.values() if failure.topic)
+        """The failures in which a topic stops."""
+        self.initial_states = {node.name: node.initial_state for node in self.nodes.values()}
+        """Node → its lifecycle state in a healthy system."""
+        self.managed_nodes = frozenset(map(full_name, self.nodes))
+        """The full names of the managed nodes."""
+        self.all_nodes = self.managed_nodes | {f"/{name}" for name in HARNESS}
+        """The full names of the managed nodes and of the experiment's own."""
+        self.compute_s = {node.name: node.compute_s for node in self.nodes.values() if node.compute_s}
+        """Node → time that a callback of an input takes in the simulation [s]."""
 
     @cached_property
     def adaptations(self) -> tuple[Adaptation, ...]:
@@ -167,16 +167,6 @@ class System:
         for part in self.parts:
             prices |= {str(kind): price for kind, price in part.prices.items()}
         return prices.get(kind, prices[AdaptationKind.ACTIVATE])
-
-    @cached_property
-    def exclusive(self) -> tuple[tuple[str, str], ...]:
-        """Pairs of faults that cannot be there at the same time: each would be the other's cure."""
-        return tuple(pair for part in self.parts for pair in part.exclusive)
-
-    @cached_property
-    def views(self) -> tuple[View, ...]:
-        """The values of the parameter that chooses the sensors of the pipeline."""
-        return tuple(view for part in self.parts for view in part.views)
 
     @cached_property
     def suites(self) -> Mapping[str, Suite]:
@@ -238,26 +228,6 @@ class System:
         }
 
     @cached_property
-    def outages(self) -> frozenset[str]:
-        """The failures in which a topic stops."""
-        return frozenset(failure.name for failure in self.failures.values() if failure.topic)
-
-    @cached_property
-    def initial_states(self) -> Mapping[str, str]:
-        """Node → its lifecycle state in a healthy system."""
-        return {node.name: node.initial_state for node in self.nodes.values()}
-
-    @cached_property
-    def managed_nodes(self) -> frozenset[str]:
-        """The full names of the managed nodes."""
-        return frozenset(map(full_name, self.nodes))
-
-    @cached_property
-    def all_nodes(self) -> frozenset[str]:
-        """The full names of the managed nodes and of the experiment's own."""
-        return self.managed_nodes | {f"/{name}" for name in HARNESS}
-
-    @cached_property
     def own_topics(self) -> frozenset[str]:
         """Full names of the topics on which only the managed system and the experiment publish."""
         return frozenset({DIAGNOSTICS_TOPIC, *_HARNESS_TOPICS, *self.publishers})
@@ -289,11 +259,6 @@ class System:
             for step in fault.injection
             if step.parameter
         ).union((full_name(node), FAULT_ACCESS) for node in self.nodes)
-
-    @cached_property
-    def compute_s(self) -> Mapping[str, float]:
-        """Node → time that a callback of an input takes in the simulation [s]."""
-        return {node.name: node.compute_s for node in self.nodes.values() if node.compute_s}
 
     def node_class(self, name: str) -> type:
         """Return the class of a managed node, or of a node of the harness that has a process.

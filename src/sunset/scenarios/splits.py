@@ -278,8 +278,7 @@ def read_salt(file: Path) -> bytes:
 
 def write_split(spec: SplitSpec, folder: Path) -> SplitDescription:
     """Draw a split and write it into a new folder, all of it or nothing."""
-    files = _draw_files(spec)
-    described = _describe(spec, files)
+    described, files = _drawn(spec)
     with draft_of_folder(folder, "split") as draft:
         for name, content in files.items():
             (draft / name).write_bytes(content)
@@ -334,7 +333,7 @@ def check_split(folder: Path, salt: bytes = b"") -> SplitDescription:
         flights=described.flights,
         salt=salt,
     )
-    expected = _describe(spec, _draw_files(spec))
+    expected, _ = _drawn(spec)
     if described.salt_sha256 != expected.salt_sha256:
         remedy = "name its file with --salt-file" if described.salt_sha256 else "leave --salt-file out"
         raise InvalidInputError(
@@ -346,10 +345,6 @@ def check_split(folder: Path, salt: bytes = b"") -> SplitDescription:
 
 
 def _difference(described: SplitDescription, expected: SplitDescription) -> str:
-    if described.rule != expected.rule:
-        return (
-            f"was drawn by rule {described.rule}, and this version draws by rule {RULE}: use another version"
-        )
     if described.extensions != expected.extensions:
         named = ", ".join(described.extensions) or "none"
         return f"was made with other extensions ({named}), or other versions of them: name these with --extension"
@@ -360,12 +355,10 @@ def _salt_text(described: SplitDescription) -> str:
     return f"a salt of the SHA-256 {described.salt_sha256}" if described.salt_sha256 else "no salt"
 
 
-def _draw_files(spec: SplitSpec) -> dict[str, bytes]:
-    return {f"{scenario.name}.yaml": scenario.to_yaml().encode() for scenario in draw_split(spec)}
-
-
-def _describe(spec: SplitSpec, files: Mapping[str, bytes]) -> SplitDescription:
-    return SplitDescription(
+def _drawn(spec: SplitSpec) -> tuple[SplitDescription, dict[str, bytes]]:
+    """Return the description of a split, and its scenario files."""
+    files = {f"{scenario.name}.yaml": scenario.to_yaml().encode() for scenario in draw_split(spec)}
+    described = SplitDescription(
         split=spec.split,
         count=spec.count,
         seed=spec.seed,
@@ -375,6 +368,7 @@ def _describe(spec: SplitSpec, files: Mapping[str, bytes]) -> SplitDescription:
         extensions={extension.name: extension.checksum for extension in loaded_extensions()},
         sha256=_digest(files),
     )
+    return described, files
 
 
 def _digest(files: Mapping[str, bytes]) -> str:

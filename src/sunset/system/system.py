@@ -163,9 +163,7 @@ class System:
 
     def price(self, kind: str) -> float:
         """Return the price of an adaptation in frames; other lifecycle transitions cost as much as an activation."""
-        prices: dict[str, float] = {}
-        for part in self.parts:
-            prices |= {str(kind): price for kind, price in part.prices.items()}
+        prices = {str(kind): price for part in self.parts for kind, price in part.prices.items()}
         return prices.get(kind, prices[AdaptationKind.ACTIVATE])
 
     @cached_property

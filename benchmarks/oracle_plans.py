@@ -25,8 +25,7 @@ from typing import Final, cast
 from sunset.evaluation.scores import LEAST_GAIN
 from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.managing import ManagingSystem, Symptoms, register_manager
-from sunset.managing.configuration import settings_without
-from sunset.managing.tools import request
+from sunset.managing.tools import request, settings_without
 from sunset.recording import StoredRun
 from sunset.scenarios import Scenario, load_scenario, onsets
 from sunset.system import current_system, full_name

@@ -5,47 +5,16 @@ system is a subclass of `ManagingSystem`. Mistakes of the caller raise a `Sunset
 """
 
 import os
+import re
 from importlib import import_module
+from pathlib import Path
 from typing import Final
 
-_MODULES: Final = {
-    "sunset.api.catalogue": (
-        "list_faults",
-        "list_managers",
-        "list_scenarios",
-        "list_suites",
-        "make_scenario",
-    ),
-    "sunset.api.flights": ("bag_statistics", "measure_flights", "render_flight"),
-    "sunset_lab.models": (
-        *(
-            "TrainingOptions",
-            "calibrate_model",
-            "import_model",
-            "measure_curves",
-            "measure_iou",
-            "train_model",
-        ),
-    ),
-    "sunset.api.options": ("CampaignOptions",),
-    "sunset.api.pictures": ("fault_figure", "fault_picture"),
-    "sunset.api.publishing": ("bundle", "verify"),
-    "sunset.api.results": ("Results", "load", "report", "write_figures"),
-    "sunset.api.running": ("agree", "bench", "check_manager", "plan_bench", "run"),
-    "sunset.api.splits": ("check_split", "generate_split"),
-    "sunset.api.viewing": ("Run", "view", "write_site"),
-    "sunset.data": ("FlightPlan",),
-    "sunset.errors": ("SunsetError",),
-    "sunset.experiments": ("Options",),
-    "sunset.managing": ("ManagingSystem", "Symptoms"),
-    "sunset.perception": ("list_models", "load_model"),
-    "sunset.scenarios": ("load_scenario",),
-}
-"""Module → the names that are imported from it when they are first used; their types are in `__init__.pyi`."""
+_STUB: Final = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+_PLACES: Final = {name: module for module, name in re.findall(r"from (\S+) import (\w+)", _STUB)}
+"""Name → the module that it is imported from when it is first used."""
 
-_PLACES: Final = {name: module for module, names in _MODULES.items() for name in names}
-
-__all__ = sorted(["__version__", *_PLACES])  # noqa: PLE0605  the names stand above
+__all__ = sorted(["__version__", *_PLACES])  # noqa: PLE0605  the stub has the names
 
 __version__ = "0.1.0"
 

@@ -1,53 +1,21 @@
 """The exceptions of SUNSET.
 
-Every error that a user can cause derives from `SunsetError`, and the command line turns it into one
-sentence on stderr and exit code 2::
-
-    SunsetError
-    ├── InvalidInputError          what a user wrote or passed is not usable
-    │   ├── ScenarioError          a scenario or suite: unknown, malformed, out of range
-    │   ├── ParameterError         a ROS parameter: unknown, wrong type, out of range
-    │   ├── DataError              a bag, a frame, a data set: missing, truncated, of another kind
-    │   ├── ModelError             weights or a model card: missing, corrupt, of another shape
-    │   ├── ExtensionError         a description of the managed system: not importable, contradicting itself, failing
-    │   └── RecordError            a record or a results folder: missing, corrupt, of another version
-    ├── ManagerError               a managing system that cannot be loaded, raises, or hangs
-    ├── MiddlewareError            misuse or failure of the middleware
-    │   └── InterfaceError         a message or service that does not fit its definition
-    ├── OutputError                a folder that cannot be written, a disk that is full
-    └── MissingExtraError          an optional dependency that is not installed
+Every error that a user can cause derives from `SunsetError`, and the command line turns it into one sentence on stderr
+and exit code 2. `InvalidInputError` and its subclasses are about what a user wrote or passed.
 """
+# ruff: noqa: PLC0414  the names are imported to be exported
 
 import errno
 from typing import Final
 
-from sunset_ros.errors import (
-    MALFORMED_YAML,
-    InterfaceError,
-    InvalidInputError,
-    MiddlewareError,
-    MissingExtraError,
-    ParameterError,
-    SunsetError,
-)
+from sunset_ros.errors import MALFORMED_YAML as MALFORMED_YAML
+from sunset_ros.errors import InterfaceError as InterfaceError
+from sunset_ros.errors import InvalidInputError as InvalidInputError
+from sunset_ros.errors import MiddlewareError as MiddlewareError
+from sunset_ros.errors import MissingExtraError as MissingExtraError
+from sunset_ros.errors import ParameterError as ParameterError
+from sunset_ros.errors import SunsetError as SunsetError
 from sunset_ros.texts import sentence
-
-__all__ = [
-    "MALFORMED_YAML",
-    "DataError",
-    "ExtensionError",
-    "InterfaceError",
-    "InvalidInputError",
-    "ManagerError",
-    "MiddlewareError",
-    "MissingExtraError",
-    "ModelError",
-    "OutputError",
-    "ParameterError",
-    "RecordError",
-    "ScenarioError",
-    "SunsetError",
-]
 
 _MEMORY: Final = "there is not enough memory; close other programs, or allow more of it ('ulimit -v')"
 _PROCESSES: Final = (

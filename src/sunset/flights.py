@@ -74,7 +74,7 @@ class FlightSpec:
             )
 
     @classmethod
-    def of(cls, conditions: Mapping[str, Any]) -> "FlightSpec":
+    def of(cls, conditions: Mapping[str, object]) -> "FlightSpec":
         """Return the flight that a mapping describes, such as a scenario's `flight`: `bag`, or some conditions.
 
         Raises:

@@ -50,10 +50,10 @@ SCENARIOS: dict[str, tuple[str | bytes, str]] = {
     ),
     "not a number": ("name: x\nfaults: [{name: depth_degradation, value: .nan}]", "nan"),
     "twice": ("name: x\nfaults: [{name: gpu_failure}, {name: gpu_failure}]", "twice"),
-    "a number for a name": ("name: 3\nfaults: []", "line 1: a text is expected for 'name', got 3."),
+    "a number for a name": ("name: 3\nfaults: []", "line 1: The name must be a text, got 3."),
     "a text for a time": (
         "name: x\nfaults:\n- {name: gpu_failure, at: 3, until: late, profile: step}",
-        "mine.yaml, line 3: a number is expected for 'until', got 'late'.",
+        "mine.yaml, line 3: The end (until) of a fault [s] must be a number from 0 to 3600, got 'late'.",
     ),
     "a list for a name": ("name: x\nfaults: [{name: [1]}]", "expected for 'name'"),
     "exclusive": ("name: x\nfaults: [{name: image_degradation}, {name: unneeded_enhancement}]", "cures"),

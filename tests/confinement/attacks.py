@@ -216,7 +216,7 @@ def grepping(folder: str, words: list[str]) -> object:
 def asking(words: list[str]) -> object:
     """Return which words stand in what a managing system is told, and in what its system would say."""
     system = importlib.import_module("sunset.system")
-    greeting = importlib.import_module("sunset.managing.greeting").make_greeting(0.1, {})
+    greeting = importlib.import_module("sunset.managing.symptoms").make_greeting(0.1, {})
     known = system.current_system()
     told = repr([greeting, known.faults, known.suites, known.fault_parameters, system.all_suites()])
     return [word for word in words if word in told]

@@ -63,9 +63,9 @@ def times(fault: ScenarioFault, onset: float, end: float) -> Iterator[tuple[str,
 def check_untouched(result: StoredRun, scenario: Scenario) -> None:
     """Check that every fault came when the scenario says, and healed when it says, where nothing was repaired."""
     begun = zip(scenario.faults, onsets(scenario.faults), strict=True)
-    expected = sorted(one for fault, onset in begun for one in times(fault, onset, scenario.duration_s))
+    expected = sorted(one for fault, onset in begun for one in times(fault, onset, scenario.duration))
     came = sorted(
-        (one.fault, one.time, None if (one.healed or inf) > scenario.duration_s else one.healed)
+        (one.fault, one.time, None if (one.healed or inf) > scenario.duration else one.healed)
         for one in result.timeline.injections
     )
     assert [name for name, _, _ in came] == [name for name, _, _ in expected]
@@ -124,7 +124,7 @@ def test_every_scenario_runs_to_its_end_with_none_and_the_baseline(
         untouched, repaired = (results[manager, scenario.name] for manager in costs)
         assert untouched.valid, untouched.record.reason
         assert repaired.valid, repaired.record.reason
-        check_untouched(untouched, beginning(scenario, timing.duration_s or scenario.duration_s))
+        check_untouched(untouched, beginning(scenario, timing.duration_s or scenario.duration))
         for manager, downs in costs.items():
             downs.append(results[manager, scenario.name].metrics.t_down_s)
         if name == "calm":

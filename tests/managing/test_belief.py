@@ -2,7 +2,7 @@
 
 import pytest
 
-from sunset.managing.belief import Belief
+from sunset.managing.diagnosing import Belief
 
 FAULTS = ("camera_driver_issue", "hardware_disconnect", "sync_issue")
 SUSPECTS = FAULTS[:2]

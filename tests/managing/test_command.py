@@ -142,8 +142,3 @@ def test_what_cannot_be_started_behind_walls_is_refused_before(
 )
 def test_a_label_stands_before_exec(text: str, parts: tuple[str, str]) -> None:
     assert split_label(text) == parts
-
-
-def test_what_python_keeps_for_itself_is_no_place_for_a_programs_files(tmp_path: Path) -> None:
-    with pytest.raises(ManagerError, match="names a path in __pycache__, which is Python's own"):
-        parse_command("exec:sh mine/__pycache__/weights", tmp_path)

@@ -121,7 +121,7 @@ def test_a_managing_systems_sources_are_those_beside_it_that_it_imports(
     found = source_files("package_of_mine.managers:Mine")
     assert found == tuple(package / f"{name}.py" for name in names)
     assert [path.name for path in source_files("baseline")] == ["baseline.py"]
-    assert [path.name for path in source_files("sunset.managing.none:NoAdaptation")] == ["none.py"]
+    assert [path.name for path in source_files("sunset.managing.baseline:Baseline")] == ["baseline.py"]
 
 
 def test_a_file_is_read_anew_each_time(tmp_path: Path) -> None:
@@ -201,7 +201,7 @@ def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
         ("mine.py", "is a file: name its class too, as mine.py:Class"),
         (
             "sunset.managing:Mine",
-            "There is no class Mine in sunset.managing: name one of Baseline, Diagnosing, Inspecting, NoAdaptation",
+            "There is no class Mine in sunset.managing: name one of Baseline, NoAdaptation, RandomAdaptation",
         ),
         (
             "sunset.managing:Basline",

@@ -8,7 +8,7 @@ import pytest
 import sunset.managing
 from sunset.system.paper import PAPER
 
-GENERAL = ("belief", "configuration", "diagnosing", "tools", "watching")
+GENERAL = ("diagnosing", "tools", "watching")
 NAMES = {
     *(node.name for node in PAPER.nodes),
     *(topic.name.strip("/") for topic in PAPER.topics),

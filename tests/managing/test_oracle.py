@@ -8,6 +8,7 @@ from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.managing import KnownFault, ManagingSystem, Oracle, Symptoms, register_manager
 from sunset.recording import StoredRun
 from sunset.scenarios import load_scenario
+from sunset.system import FaultKind
 
 
 def fly(folder: Path, manager: str, scenario: str = "gpu_failure", duration: float = 3.0) -> StoredRun:
@@ -77,5 +78,7 @@ def test_no_other_class_may_listen(tmp_path: Path) -> None:
 def test_what_comes_and_goes_is_there_for_a_part_of_the_time(
     age_s: float, end_s: float, remaining_s: float
 ) -> None:
-    fault = KnownFault(name="gpu_failure", value=True, on=2.0, off=3.0)
+    fault = KnownFault(
+        name="gpu_failure", failure="F3", kind=FaultKind.INTERNAL, cures=(), value=True, on=2.0, off=3.0
+    )
     assert fault.remaining_s(age_s, end_s) == pytest.approx(remaining_s)

@@ -4,14 +4,12 @@ import copy
 import inspect
 import math
 from collections.abc import Callable
-from enum import Enum
 
 import pytest
 
 from sunset.managing import FloatOrNaN, Symptoms
 from sunset.managing.symptoms import read_parameters
 from sunset.system import current_system
-from sunset.system.names import age_entry
 from sunset_ros.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 
 KEY = "managed_subsystem_rgb_camera_freq"
@@ -115,24 +113,6 @@ def test_a_node_that_has_no_heartbeat_is_refused(ask: Callable[[Symptoms, str], 
         ValueError, match=r"no node 'sensors_fusion': did you mean 'sensor_fusion', or name one"
     ):
         ask(Symptoms({"camera_lc_state": "active"}), "sensors_fusion")
-
-
-class Names(str, Enum):  # noqa: UP042  of a StrEnum, str() is the value
-    """Names as a program may keep them; `str` of a member is `Names.TOPIC`."""
-
-    TOPIC = "rgb_camera"
-    NODE = "camera"
-    SIGNAL = "camera_sharpness"
-    MISTYPED = "camra"
-
-
-def test_a_name_may_be_a_member_of_an_enumeration_of_texts() -> None:
-    symptoms = Symptoms({age_entry("rgb_camera"): 0.2, "camera_lc_state": "active", "camera_sharpness": 0.5})
-    assert symptoms.age(Names.TOPIC) == 0.2
-    assert symptoms.state(Names.NODE) == "active"
-    assert symptoms.signal(Names.SIGNAL) == 0.5
-    with pytest.raises(ValueError, match="did you mean 'camera'"):
-        symptoms.state(Names.MISTYPED)
 
 
 @pytest.mark.parametrize("name", [None, 3, "x" * 9999], ids=["none", "number", "long"])

@@ -139,7 +139,7 @@ def test_an_unknown_name_is_answered_with_the_suites(name: str) -> None:
         ("name: a\n", "the key 'faults' is missing"),
         ("name: a\nfaults: []\ncolour: red\n", "line 3: the key 'colour' is not known here"),
         ("name: a\nname: b\nfaults: []\n", "line 2: the key 'name' is given twice"),
-        ("name: 3\nfaults: []\n", "line 1: a text is expected for 'name', got 3"),
+        ("name: 3\nfaults: []\n", "line 1: The name must be a text, got 3"),
         ("name: a\nfaults: gpu_failure\n", "line 2: a list is expected for 'faults'"),
         ("name: a\nfaults:\n- gremlin\n", "line 3: There is no fault 'gremlin'"),
         (

@@ -176,7 +176,7 @@ def test_what_was_changed_is_found(tmp_path: Path) -> None:
         ('"seed": 0', '"seed": 1', r"does not have the scenarios that its split.json makes"),
         ('"count": 3', '"count": 0', "number of scenarios must be a whole number from 1 to 9999, got 0"),
         ('"split": "train"', '"split": "exam"', "There is no split 'exam'"),
-        ('"rule": 1', '"rule": 9', "drawn by rule 9, and this version draws by rule 1"),
+        ('"rule": 1', '"rule": 9', "does not have the scenarios that its split.json makes"),
         ('"extensions": {}', '"extensions": {"a.py": "00"}', r"made with other extensions \(a.py\)"),
         ('"sha256": "', '"sha256": "0', "are not those of its split.json"),
         ('"count": 3', '"count": "3"', "must be a whole number, got '3'; generate the split again"),

@@ -25,7 +25,7 @@ faults:
 def test_a_scenario_says_when_its_faults_come_and_go() -> None:
     scenario = parse_scenario(TIMED, "there")
 
-    assert scenario.duration_s == 60
+    assert scenario.duration == 60
     assert scenario.flight is not None
     assert scenario.flight.town == 8
     growing, first, again, flickering, _, following = scenario.faults
@@ -49,7 +49,10 @@ def test_a_scenario_without_times_is_written_as_before() -> None:
             "{name: gpu_failure, at: -1}",
             "line 3: The onset (at) of a fault [s] must be a number from 0 to 3600, got -1.",
         ),
-        ("{name: gpu_failure, at: soon}", "line 3: a number is expected for 'at', got 'soon'"),
+        (
+            "{name: gpu_failure, at: soon}",
+            "line 3: The onset (at) of a fault [s] must be a number from 0 to 3600, got 'soon'",
+        ),
         ("{name: gpu_failure, at: .nan}", "line 3: The onset (at) of a fault [s] must be a number"),
         (
             "{name: gpu_failure, at: 20}",
@@ -144,7 +147,10 @@ def test_faults_that_cannot_be_are_refused_with_their_line(faults: str, said: st
     ("keys", "said"),
     [
         ("duration: 0.5", "line 2: The duration of a scenario [s] must be a number from 1 to 3600, got 0.5"),
-        ("duration: long", "line 2: a number is expected for 'duration', got 'long'"),
+        (
+            "duration: long",
+            "line 2: The duration of a scenario [s] must be a number from 1 to 3600, got 'long'",
+        ),
         (
             "flight: town 8",
             "line 2: a mapping with bag, town, height, angle, time, weather, seed is expected for 'flight'",
@@ -152,7 +158,7 @@ def test_faults_that_cannot_be_are_refused_with_their_line(faults: str, said: st
         ("flight: {city: 8}", "line 2: the key 'city' is not known here; there are bag, town, height"),
         ("flight: {height: 0}", "line 2: The flight's height [m] must be a number from 20 to 300, got 0."),
         ("flight: {weather: rain}", "line 2: The flight's weather must be one of clear, hazy, overcast"),
-        ("flight: {bag: 3}", "line 2: a text is expected for 'bag', got 3."),
+        ("flight: {bag: 3}", "line 2: The bag must be a path, got 3."),
         (
             "flight: {bag: a, town: 8}",
             "line 2: A flight is a bag or is rendered, not both",

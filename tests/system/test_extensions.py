@@ -213,24 +213,7 @@ def of_fault(options: str) -> str:
             HEAD + "EXTENSION = Extension(suites={'mine': ('gpu_failure',)})",
             "The mine in the suites of an extension must be tuples of faults or a YAML text, got ('gpu_failure',)",
         ),
-        (HEAD + "EXTENSION = Extension(suites={'mine': (('gpu',),)})", "refers to the fault 'gpu'"),
-        (
-            HEAD + "EXTENSION = Extension(suites={'mine': '- name: ['})",
-            "suite mine must be a YAML list of scenarios",
-        ),
-        (
-            HEAD + "EXTENSION = Extension(suites={'mine': 'faults: []'})",
-            "suite mine must be a YAML list of scenarios",
-        ),
-        (
-            HEAD + "EXTENSION = Extension(suites={'mine': '- faults: []'})",
-            "each must be a mapping with a name",
-        ),
         (HEAD + "EXTENSION = Extension(suites={'mine': ''})", "The suite mine has no scenario"),
-        (
-            HEAD + "EXTENSION = Extension(suites={'mine': (('gpu_failure',), ('gpu_failure',))})",
-            "The suite mine has the scenario mine/gpu_failure twice; name each once",
-        ),
         (SONAR + node("monitor"), "The node name 'monitor' is the experiment's own"),
         (SONAR + node("managing_system"), "The node name 'managing_system' is the experiment's own"),
         (
@@ -258,18 +241,6 @@ def of_fault(options: str) -> str:
         (
             HEAD + "EXTENSION = Extension(exclusive=(('gpu_failure', 'image_shift', 'sync_issue'),))",
             "Exclusive faults come in pairs of two names",
-        ),
-        (
-            HEAD + "EXTENSION = Extension(suites={'mine': (('image_shift=5000',),)})",
-            "The suite mine has an impossible strength: The value of the fault image_shift must be a whole number",
-        ),
-        (
-            HEAD + "EXTENSION = Extension(suites={'mine': (('image_shift=far',),)})",
-            "The suite mine gives image_shift a strength that is not a number: 'far'",
-        ),
-        (
-            HEAD + "EXTENSION = Extension(suites={'mine': (('image_degradation', 'unneeded_enhancement'),)})",
-            "The suite mine has image_degradation with unneeded_enhancement, which exclude each other",
         ),
         (
             HEAD + "EXTENSION = Extension(failures=(Failure('F6', 'a', 'b', 'c', topic='/rgb_raw'),))",
@@ -370,6 +341,9 @@ def test_a_wrong_extension_gets_one_sentence(
     [
         ("- {name: a, faults: []}\n- {name: a, faults: []}", "line 2: The scenario a is there twice"),
         ("- name: a\n  faults:\n    - {name: gpu}", "line 3: There is no fault 'gpu'"),
+        ("- name: [", "line 1: this is not valid YAML"),
+        ("faults: []", "line 1: a list is expected here"),
+        ("- faults: []", "line 1: the key 'name' is missing"),
         ("- {name: a}", "line 1: the key 'faults' is missing"),
         (
             "- {name: a, faults: [{name: gpu_failure, at: 30}]}",
@@ -382,6 +356,33 @@ def test_a_wrong_scenario_in_the_text_of_a_suite_is_refused_with_its_line(
 ) -> None:
     (file := tmp_path / "mine.py").write_text(f"{HEAD}EXTENSION = Extension(suites={{'mine': {text!r}}})\n")
     with extended_system([file]), pytest.raises(ScenarioError, match=f"^The suite mine, {sentence}"):
+        load_suite("mine")
+
+
+@pytest.mark.parametrize(
+    ("faults", "sentence"),
+    [
+        ((("gpu_failur",),), "is not usable: There is no fault 'gpu_failur': did you mean 'gpu_failure'"),
+        (
+            (("gpu_failure",), ("gpu_failure",)),
+            "has the scenario mine/gpu_failure twice; name each once",
+        ),
+        (
+            (("image_shift=5000",),),
+            "is not usable: The value of the fault image_shift must be a whole number",
+        ),
+        ((("image_shift=far",),), "is not usable: The value of the fault image_shift must be a whole number"),
+        (
+            (("image_degradation", "unneeded_enhancement"),),
+            "is not usable: The scenario has both image_degradation and unneeded_enhancement at a time",
+        ),
+    ],
+)
+def test_a_wrong_scenario_of_a_suite_is_refused(
+    faults: tuple[tuple[str, ...], ...], sentence: str, tmp_path: Path
+) -> None:
+    (file := tmp_path / "mine.py").write_text(f"{HEAD}EXTENSION = Extension(suites={{'mine': {faults!r}}})\n")
+    with extended_system([file]), pytest.raises(ScenarioError, match=f"^The suite mine {sentence}"):
         load_suite("mine")
 
 

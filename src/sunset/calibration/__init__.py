@@ -13,7 +13,6 @@ from sunset.calibration.conditions import (
 )
 from sunset.calibration.flight import AUC, FlightThresholds, fit_to_flight, flight_thresholds
 from sunset.calibration.thresholds import (
-    SAMPLES,
     Values,
     chosen_frames,
     part_entropy,
@@ -22,6 +21,7 @@ from sunset.calibration.thresholds import (
     separate,
     window_means,
 )
+from sunset.system import SAMPLES
 
 __all__ = [
     "AUC",

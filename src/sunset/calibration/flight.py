@@ -19,7 +19,6 @@ from msgspec import Meta
 from sunset import __version__
 from sunset.calibration.conditions import Condition, CurvesPlan, plan_curves
 from sunset.calibration.thresholds import (
-    SAMPLES,
     Means,
     Values,
     chosen_frames,
@@ -43,7 +42,7 @@ from sunset.files.outputs import make_folder, write_text
 from sunset.files.schemas import convert, document_text, read_json
 from sunset.perception import InferenceCache, Model, ModelCard, Segmenter, load_model
 from sunset.processes.workers import Progress, spread
-from sunset.system import LoadedExtension, load_extension, loaded_extensions
+from sunset.system import SAMPLES, LoadedExtension, load_extension, loaded_extensions
 from sunset.texts.sentences import listed
 from sunset_ros.seeding import generator
 

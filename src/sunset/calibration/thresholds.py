@@ -9,10 +9,7 @@ import numpy.typing as npt
 
 from sunset.calibration.conditions import ENTROPY, SHARPNESS, Condition, CurvesPlan, effects, signal_of
 from sunset.errors import DataError
-from sunset.system import WINDOW, current_system, get_fault
-
-SAMPLES: Final = WINDOW.samples
-"""The number of consecutive frames in a window."""
+from sunset.system import SAMPLES, current_system, get_fault
 
 Values: TypeAlias = npt.NDArray[np.float64]
 

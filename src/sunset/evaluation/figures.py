@@ -11,7 +11,7 @@ import numpy.typing as npt
 from sunset.evaluation.figure_frame import PAGE_IN, SETTINGS
 from sunset.files.plots import BLUE, GREY, ORANGE, drawing, save_figure
 from sunset.metrics import ExecutedAdaptation, Samples, Timeline
-from sunset.system import WINDOW, MovingMean, full_name
+from sunset.system import GAP_S, MovingMean, full_name
 from sunset.texts.names import base_name
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def _panel(
 
 def _moving_mean(samples: Samples) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return the mean of the samples up to each sample; NaN, which breaks a line, without enough samples."""
-    mean = MovingMean(WINDOW.gap_s)
+    mean = MovingMean(GAP_S)
     pairs = zip(samples.times.tolist(), samples.values.tolist(), strict=True)
     return samples.times, np.array([mean.add(*pair) for pair in pairs], dtype=np.float64)
 

@@ -13,10 +13,10 @@ from sunset.experiments.spec import RunSpec
 from sunset.files.sources import PACKAGES
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.manager_process import ManagerSpec
-from sunset.managing import EXTERNAL, ORACLE, KnownFault, KnownScenario, UnlistedFault
+from sunset.managing import EXTERNAL, ORACLE, KnownFault, KnownScenario
 from sunset.processes.calls import Watch, call_isolated
 from sunset.processes.process import ProcessDeath, killed_error
-from sunset.system import BAG_PLAYER, Fault, Value, current_system, unlisted
+from sunset.system import BAG_PLAYER, Value, current_system
 from sunset.texts.sentences import described_error, line_text
 from sunset_ros import CallbackError
 from sunset_ros.seeding import drawn_seed, generator
@@ -165,6 +165,9 @@ def _known_scenario(spec: RunSpec, resources: Resources) -> KnownScenario | None
     known = [
         KnownFault(
             name=fault.name,
+            failure=fault.fault.failure,
+            kind=fault.fault.kind,
+            cures=fault.fault.cures,
             value=cast("Value", fault.value),
             at=fault.at,
             follows=fault.after is not None,
@@ -173,20 +176,10 @@ def _known_scenario(spec: RunSpec, resources: Resources) -> KnownScenario | None
             on=fault.profile.on or 0.0,
             off=fault.profile.off or 0.0,
             brings=fault.name in causes,
-            unlisted=_unlisted(fault.fault),
         )
         for fault in faults
     ]
     return KnownScenario(faults=tuple(known), duration_s=spec.timing.duration_s)
-
-
-def _unlisted(fault: Fault) -> UnlistedFault | None:
-    """Return the description of a fault that the catalogue of the oracle's process may lack."""
-    if fault not in unlisted().faults:
-        return None
-    return UnlistedFault(
-        failure=fault.failure, node=fault.node, parameter=fault.parameter, kind=fault.kind, cures=fault.cures
-    )
 
 
 def node_parameters(spec: RunSpec, resources: Resources) -> dict[str, Parameters]:

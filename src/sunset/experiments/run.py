@@ -44,8 +44,8 @@ from sunset.recording import (
     story_topics,
     timeline_of,
 )
-from sunset.scenarios import Scenario
-from sunset.system import current_system, degradations_of, short_name, suite_size, system_with
+from sunset.scenarios import Scenario, suite_size
+from sunset.system import current_system, degradations_of, short_name, system_with
 from sunset.system_interfaces.msg import Command, FaultInjection
 from sunset_ros.interfaces.stamps import NS_PER_S, ns_of
 from sunset_ros.rmw.backends import live_middleware
@@ -277,7 +277,7 @@ def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
         scenario=spec.scenario.name,
         faults=stored_faults(resources.scenario, spec.scenario),
         suite=spec.suite,
-        suite_size=suite_size(spec.suite, spec.scenario.name) or spec.suite_size,
+        suite_size=suite_size(spec.suite) or spec.suite_size,
         alike=degradations_of(fault.name for fault in spec.scenario.faults),
         manager=spec.manager_name,
         manager_spec=spec.manager if spec.label else UNSET,

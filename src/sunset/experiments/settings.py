@@ -87,7 +87,7 @@ class Timing:
         """
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         if self.duration_s is None:
-            values["duration_s"] = scenario.duration_s
+            values["duration_s"] = scenario.duration
         if self.warm_up_s is None:
             values["warm_up_s"] = float(generator(seed, "onset").uniform(*_WARM_UP_S))
         return RunTiming(**values)

@@ -26,14 +26,14 @@ from sunset.harness.manager_process import (
     run_manager,
 )
 from sunset.managing import MANAGERS, ORACLE, PREFIX, checksum, is_registered, parse_command
-from sunset.managing.command import Command
+from sunset.managing.program import Command
 from sunset.managing.sources import manager_code, manager_data
 from sunset.processes.calls import Patience
 from sunset.processes.confinement import View
 from sunset.processes.process import Process, ProcessDeath, copy_process, killed_error
 from sunset.processes.server import ForkServer, shared_server
 from sunset.scenarios import load_scenario
-from sunset.scenarios.split_files import is_scenario_file
+from sunset.scenarios.splits import is_scenario_file
 from sunset.system import loaded_extensions
 from sunset.texts.names import PLAN_FILE, RUN_FILE
 from sunset.texts.sentences import line_text

@@ -6,7 +6,7 @@ from typing import Any, Final
 from sunset.system import (
     BLACKBOARD_TOPIC,
     DIAGNOSTICS_TOPIC,
-    WINDOW,
+    GAP_S,
     MovingMean,
     Rate,
     age_entry,
@@ -79,7 +79,7 @@ class Monitor(Node):
             return
         mean = self._values.get(key)
         if not isinstance(mean, MovingMean):
-            mean = self._values[key] = MovingMean(WINDOW.gap_s * 10**9)
+            mean = self._values[key] = MovingMean(GAP_S * 10**9)
         mean.add(now_ns, number)
 
     def _publish(self) -> None:

@@ -1,53 +1,30 @@
 """Managing systems: the base class, the symptoms, and the managing systems that come with SUNSET."""
 
-from sunset.managing.base import ManagingSystem
-from sunset.managing.baseline import Baseline
-from sunset.managing.command import PREFIX, parse_command
-from sunset.managing.diagnosing import Diagnosing
-from sunset.managing.greeting import PROTOCOL
-from sunset.managing.inspecting import Inspecting
-from sunset.managing.known import KnownFault, KnownScenario, UnlistedFault
-from sunset.managing.loading import is_registered, load_manager, register_manager
-from sunset.managing.names import EXTERNAL, MANAGERS, split_label
-from sunset.managing.none import NoAdaptation
-from sunset.managing.oracle import ORACLE, Oracle
-from sunset.managing.program import Program
-from sunset.managing.random_adaptation import RandomAdaptation
-from sunset.managing.reactive import Reactive
-from sunset.managing.sources import checksum, sources_digest
-from sunset.managing.symptoms import FloatOrNaN, Symptoms
-from sunset.managing.tools import Waits, Wiring, request
-from sunset.system.vocabulary import described_faults
-
-__all__ = [
-    "EXTERNAL",
-    "MANAGERS",
-    "ORACLE",
-    "PREFIX",
-    "PROTOCOL",
-    "Baseline",
-    "Diagnosing",
-    "FloatOrNaN",
-    "Inspecting",
-    "KnownFault",
-    "KnownScenario",
-    "ManagingSystem",
-    "NoAdaptation",
-    "Oracle",
-    "Program",
-    "RandomAdaptation",
-    "Reactive",
-    "Symptoms",
-    "UnlistedFault",
-    "Waits",
-    "Wiring",
-    "checksum",
-    "described_faults",
-    "is_registered",
-    "load_manager",
-    "parse_command",
-    "register_manager",
-    "request",
-    "sources_digest",
-    "split_label",
-]
+from sunset.managing.base import ManagingSystem as ManagingSystem
+from sunset.managing.baseline import Baseline as Baseline
+from sunset.managing.baseline import NoAdaptation as NoAdaptation
+from sunset.managing.baseline import RandomAdaptation as RandomAdaptation
+from sunset.managing.diagnosing import Diagnosing as Diagnosing
+from sunset.managing.inspecting import Inspecting as Inspecting
+from sunset.managing.loading import EXTERNAL as EXTERNAL
+from sunset.managing.loading import MANAGERS as MANAGERS
+from sunset.managing.loading import is_registered as is_registered
+from sunset.managing.loading import load_manager as load_manager
+from sunset.managing.loading import register_manager as register_manager
+from sunset.managing.loading import split_label as split_label
+from sunset.managing.oracle import ORACLE as ORACLE
+from sunset.managing.oracle import KnownFault as KnownFault
+from sunset.managing.oracle import KnownScenario as KnownScenario
+from sunset.managing.oracle import Oracle as Oracle
+from sunset.managing.program import PREFIX as PREFIX
+from sunset.managing.program import Program as Program
+from sunset.managing.program import parse_command as parse_command
+from sunset.managing.reactive import Reactive as Reactive
+from sunset.managing.sources import checksum as checksum
+from sunset.managing.sources import sources_digest as sources_digest
+from sunset.managing.symptoms import FloatOrNaN as FloatOrNaN
+from sunset.managing.symptoms import Symptoms as Symptoms
+from sunset.managing.tools import Waits as Waits
+from sunset.managing.tools import Wiring as Wiring
+from sunset.managing.tools import request as request
+from sunset.system.vocabulary import described_faults as described_faults

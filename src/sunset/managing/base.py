@@ -2,18 +2,17 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from inspect import isasyncgen, iscoroutine, isgenerator
-from typing import Any, ClassVar, Final, cast
+from typing import Any, ClassVar, Final, TypeVar, cast
 
-from sunset.managing.greeting import make_greeting
-from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, read_parameters
+from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, make_greeting, read_parameters
 from sunset.system.vocabulary import (
     BLACKBOARD_TOPIC,
     DIAGNOSIS_TOPIC,
     MANAGING_SYSTEM,
     REPAIR,
     Value,
+    current_system,
     full_name,
-    node_names,
 )
 from sunset.system_interfaces.msg import Diagnosis, SetBlackboardGroup
 from sunset.system_interfaces.srv import Redeploy
@@ -33,6 +32,7 @@ from sunset_ros.task import Future
 from sunset_ros.texts import shorten, shown, suggestion
 from sunset_ros.timer import Timer
 
+_ResponseT = TypeVar("_ResponseT")
 LONGEST_THOUGHT_S: Final = 3600.0
 """The longest time to think; no experiment measures more."""
 
@@ -130,7 +130,7 @@ class ManagingSystem(Node):
         return self.get_clock().now().nanoseconds / 1e9
 
     @property
-    def greeting(self) -> dict[str, Any]:
+    def greeting(self) -> dict[str, object]:
         """The first line that a program gets: nodes, signals with thresholds, adaptations, the task, the seed."""
         given = {name: parameter.value for name, parameter in self._parameter_overrides.items()}
         return make_greeting(
@@ -343,14 +343,18 @@ class ManagingSystem(Node):
     def __transition(self, node: str, transition: int, label: str, *, at_once: bool = False) -> Future[bool]:
         request = ChangeState.Request(transition=Transition(id=transition, label=label))
         service = f"{full_name(node)}/change_state"
-        return self.__call(ChangeState, service, request, lambda response: response.success, at_once=at_once)
+
+        def accepted(response: ChangeState.Response) -> bool:
+            return response.success
+
+        return self.__call(ChangeState, service, request, accepted, at_once=at_once)
 
     def __call(
         self,
         service: type[Any],
         name: str,
         request: object,
-        outcome: Callable[[Any], bool],
+        outcome: Callable[[_ResponseT], bool],
         *,
         at_once: bool = False,
     ) -> Future[bool]:
@@ -361,16 +365,16 @@ class ManagingSystem(Node):
             result.set_result(False)
             return result
 
-        def answered(done: Future[Any]) -> None:
+        def answered(done: Future[_ResponseT]) -> None:
             self.__acted = False  # a coroutine that has awaited it may think again
-            result.set_result(outcome(done.result()))
+            result.set_result(outcome(cast("_ResponseT", done.result())))
 
         def send() -> None:
             if name not in self.__callers:
                 self.__callers[name] = self.create_client(service, name)
             if not self.__callers[name].service_is_ready():
                 node = base_name(name.rpartition("/")[0])
-                nodes = node_names()
+                nodes = current_system().nodes
                 hint = "" if node in nodes else f": {suggestion(node, nodes)}name one of {', '.join(nodes)}"
                 self.get_logger().warning(f"No node offers {name} now, so the request is lost{hint}.")
             self.__callers[name].call_async(request).add_done_callback(answered)

@@ -1,23 +1,24 @@
 """A managing system that reasons: it has a probability for each fault, and learns from the effects of adaptations."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
+from math import exp, prod
 from typing import Final
 
 from sunset.managing.base import ManagingSystem
-from sunset.managing.belief import Belief
-from sunset.managing.configuration import (
+from sunset.managing.symptoms import Symptoms
+from sunset.managing.tools import (
     Configuration,
     Setting,
-    is_of_configuration,
+    configuration_faults,
+    request,
     settings_of,
     settings_without,
     view_setting,
 )
-from sunset.managing.symptoms import Symptoms
-from sunset.managing.tools import request
 from sunset.managing.watching import NEW_FRAMES_S, PASSING_S, Watch
 from sunset.system.vocabulary import (
+    PERIOD_S,
     REPAIR,
     Adaptation,
     AdaptationKind,
@@ -25,10 +26,8 @@ from sunset.system.vocabulary import (
     Fault,
     FaultKind,
     Value,
-    described_failures,
-    described_faults,
+    current_system,
     full_name,
-    price_s,
 )
 
 _BLIND_S: Final = 1.0
@@ -43,8 +42,94 @@ _DOUBTFUL: Final = 0.05
 """The probability that a fault has healed, from which on its workaround may be lifted."""
 _LIKELY: Final = 0.5
 """The probability from which on a fault counts as present."""
+_RARE: Final = 0.01
+"""Probability of a fault without a symptom."""
+_USUAL: Final = 0.1
+"""Prior probability of each suspect of a symptom."""
+_PLAUSIBLE: Final = 0.08
+"""The least joint prior probability of plausible suspects."""
+_EXCLUDED: Final = 0.002
+_CERTAIN: Final = 0.97
+_HEALED: Final = 0.25
+"""Probability, in the long run, that a confirmed fault has healed."""
+_FORGETTING_S: Final = 8.0
+"""Time constant with which exclusions and confirmations decay, since a fault may come again or heal."""
 
 Cure = tuple[Adaptation, ...]
+
+
+class Belief:
+    """The probabilities of independent faults, at least one of which causes each symptom.
+
+    Args:
+        faults: the names of all possible faults.
+
+    >>> belief = Belief(["camera_driver_issue", "hardware_disconnect"])
+    >>> belief.suspect("F1", ["camera_driver_issue", "hardware_disconnect"])
+    >>> round(belief.probability("hardware_disconnect"), 2)
+    0.53
+    >>> belief.exclude(["camera_driver_issue"])  # a restart did not help
+    >>> round(belief.probability("hardware_disconnect"), 2)
+    0.98
+    """
+
+    def __init__(self, faults: Iterable[str]) -> None:
+        self._alone = dict.fromkeys(faults, _USUAL)
+        self._suspects: dict[str, frozenset[str]] = {}
+        self._healed: dict[str, float] = {}  # of confirmed faults
+
+    def probability(self, fault: str) -> float:
+        """Return the probability that a fault is present, for a suspect given that at least one suspect is."""
+        alone = self._alone[fault]
+        if self.is_certain(fault):
+            return alone
+        for suspects in self._suspects.values():
+            if fault in suspects:
+                return alone / (1 - prod(1 - self._alone[name] for name in sorted(suspects)))
+        return min(alone, _RARE)
+
+    def probability_of_any(self, faults: Iterable[str]) -> float:
+        """Return the probability that at least one of some faults is present."""
+        return 1 - prod(1 - self.probability(fault) for fault in faults)
+
+    def suspect(self, failure: str, faults: Collection[str]) -> None:
+        """Note a symptom of a failure, which at least one of some faults must cause."""
+        self._suspects[failure] = frozenset(faults)
+
+    def is_plausible(self, faults: Iterable[str]) -> bool:
+        """Return whether some faults were not all excluded a moment ago."""
+        return 1 - prod(1 - self._alone[fault] for fault in faults) > _PLAUSIBLE
+
+    def settle(self, failure: str, faults: Iterable[str]) -> None:
+        """Note that the symptom of a failure is gone; each of its faults may come next."""
+        self._suspects.pop(failure, None)
+        self._alone |= {fault: _USUAL for fault in faults if not self.is_certain(fault)}
+
+    def exclude(self, faults: Iterable[str]) -> None:
+        """Note that faults are not present, or not any more."""
+        self._alone |= dict.fromkeys(faults, _EXCLUDED)
+
+    def confirm(self, fault: str) -> None:
+        """Note that a fault is present, whether it shows or not, until it is excluded."""
+        self._alone[fault] = _CERTAIN
+        self._healed[fault] = 0.0
+
+    def is_certain(self, fault: str) -> bool:
+        """Return whether a fault was confirmed."""
+        return self._alone[fault] >= _CERTAIN
+
+    def probability_healed(self, fault: str) -> float:
+        """Return the probability that a confirmed fault has healed since."""
+        return self._healed.get(fault, 0.0)
+
+    def forget(self, seconds: float) -> None:
+        """Let time pass: excluded faults may come, and confirmed faults may heal."""
+        share = exp(-seconds / _FORGETTING_S)
+        for fault, alone in self._alone.items():
+            if alone < _USUAL:
+                self._alone[fault] = _USUAL - (_USUAL - alone) * share
+        for fault, healed in self._healed.items():
+            self._healed[fault] = _HEALED - (_HEALED - healed) * share
 
 
 @dataclass(frozen=True)
@@ -82,7 +167,7 @@ class Diagnosing(ManagingSystem):
 
     def on_start(self) -> None:
         """Begin without suspects."""
-        self.faults, self.failures = described_faults(), described_failures()
+        self.faults, self.failures = current_system().faults, current_system().failures
         self.view, self.without = view_setting(), settings_without()
         self.belief = Belief(self.faults)
         self.configuration = Configuration(self)
@@ -115,8 +200,8 @@ class Diagnosing(ManagingSystem):
 
     def correct(self) -> None:
         """Restore wrong parameters, as far as they can be read."""
-        self.configuration.read(self.faults)
-        for fault in filter(is_of_configuration, self.faults.values()):
+        self.configuration.read()
+        for fault in configuration_faults():
             is_wrong = self.configuration.is_wrong(fault)
             if is_wrong is not None:
                 self.belief.exclude([fault.name])
@@ -251,7 +336,7 @@ class Diagnosing(ManagingSystem):
 
     def cost_s(self, cure: Cure, names: tuple[str, ...], wait_s: float) -> float:
         """Return the cost of trying a cure, and of undoing it [s]."""
-        cost_s = wait_s + sum(map(price_s, cure))
+        cost_s = wait_s + sum(current_system().price(step.kind) * PERIOD_S for step in cure)
         hides = any((step.node, step.parameter) == self.view for step in cure)
         return (2 * cost_s if self.lasts(names) else cost_s) + (_BLIND_S if hides else 0.0)
 
@@ -266,11 +351,9 @@ class Diagnosing(ManagingSystem):
             self.in_place |= dict.fromkeys(option.faults, settings)
             return
         for step in option.cure:
+            self.configuration.do(step)
             if _is_redeploy(step):
-                self.configuration.redeploy(step.node)
                 self.belief.exclude(fault.name for fault in self.faults.values() if (step,) in fault.cures)
-            else:
-                request(self, step)
 
     def wanted(self) -> dict[Setting, Value]:
         """Return the settings of all workarounds."""

@@ -15,8 +15,7 @@ from sunset.system.vocabulary import (
     AdaptationKind,
     Fault,
     Value,
-    described_failures,
-    described_faults,
+    current_system,
     full_name,
     redeploy,
     restart,
@@ -60,7 +59,7 @@ class Inspecting(ManagingSystem):
 
     def on_start(self) -> None:
         """Subscribe to the images."""
-        self.waits, self.faults, self.boot_s = Waits(self), described_faults(), Wiring().boot_s
+        self.waits, self.faults, self.boot_s = Waits(self), current_system().faults, Wiring().boot_s
         images = ("rgb_camera", "depth_camera", "rgb_enhanced", "segmentation")
         self.images = {topic: deque[Image](maxlen=10) for topic in images}
         self.came_s = {topic: deque([0.0, 0.0], maxlen=2) for topic in (*images, "sensors_fused")}
@@ -155,7 +154,7 @@ class Inspecting(ManagingSystem):
 
     def suspects(self, sign: str) -> list[Fault]:
         """Return the faults that may cause a sign, except faults that the tried cures would have ended."""
-        tried, failures = set(self.tried.get(sign, [])), described_failures()
+        tried, failures = set(self.tried.get(sign, [])), current_system().failures
         return [
             fault
             for fault in self.faults.values()

@@ -2,11 +2,12 @@
 
 import importlib
 import inspect
+import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from types import ModuleType
-from typing import Any, Final, NamedTuple, Self, cast
+from types import MappingProxyType, ModuleType
+from typing import Final, NamedTuple, Self, cast
 
 from sunset.errors import ManagerError
 from sunset.files.sources import (
@@ -18,13 +19,33 @@ from sunset.files.sources import (
     is_edited,
 )
 from sunset.managing.base import ManagingSystem
-from sunset.managing.command import PREFIX
-from sunset.managing.names import MANAGERS, check_printable
-from sunset.managing.program import load_program
+from sunset.managing.baseline import Baseline, NoAdaptation, RandomAdaptation
+from sunset.managing.diagnosing import Diagnosing
+from sunset.managing.inspecting import Inspecting
+from sunset.managing.oracle import ORACLE, Oracle
+from sunset.managing.program import PREFIX, Program, parse_command
+from sunset.managing.reactive import Reactive
 from sunset.managing.symptoms import Symptoms
 from sunset.texts.sentences import described_error
 from sunset_ros.texts import suggestion
 
+MANAGERS: Final[Mapping[str, type[ManagingSystem]]] = MappingProxyType(
+    {
+        "none": NoAdaptation,
+        "random": RandomAdaptation,
+        "baseline": Baseline,
+        "reactive": Reactive,
+        "diagnosing": Diagnosing,
+        "inspecting": Inspecting,
+        ORACLE: Oracle,
+    }
+)
+"""The managing systems that come with SUNSET, by name."""
+
+EXTERNAL: Final = "external"
+"""The name of a managing system in another process on the graph, which its user starts."""
+
+_LABEL: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
 _KNOWN: Final = frozenset({*PACKAGES, "builtins"})
 """Top-level modules whose classes are not part of a managing system."""
 
@@ -47,7 +68,7 @@ class PassedManager(NamedTuple):
     texts: Mapping[Path, bytes]
 
 
-_passed: dict[str, PassedManager] = {}
+PASSED: Final[dict[str, PassedManager]] = {}
 """By the names under which this process, and those that it forks, load them."""
 
 
@@ -66,11 +87,12 @@ def load_manager(spec: str, folder: Path = Path()) -> type[ManagingSystem]:
     """
     if spec in MANAGERS:
         return MANAGERS[spec]
-    if spec in _passed:
-        return _passed[spec].manager_class
-    check_printable(spec)
+    if spec in PASSED:
+        return PASSED[spec].manager_class
+    _check_printable(spec)
     if spec.startswith(PREFIX):
-        return load_program(spec, folder)
+        command = parse_command(spec, folder)
+        return type("Program", (Program,), {"command": command, "__module__": Program.__module__})
     where, _, name = spec.rpartition(":")
     if not where or not name:
         if spec.endswith(".py"):
@@ -110,7 +132,7 @@ def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> 
     )
     parts = _files_by_part(origin)
     texts = {file: file.read_bytes() for file in sorted(set(parts.values()))}
-    known = _passed.get(name)
+    known = PASSED.get(name)
     is_changed = known is not None and known.origin is origin and known.texts != texts
     if is_changed or any(is_edited(file, part) for part, file in parts.items()):
         raise ManagerError(
@@ -119,18 +141,13 @@ def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> 
     values = [manager.args, manager.keywords] if isinstance(manager, partial) else []
     files = tuple(texts) if _is_plain(values) else ()
     arguments = (repr(values).encode(),) if files and any(values) else ()
-    _passed[name] = PassedManager(origin, manager_class, files, arguments, texts)
+    PASSED[name] = PassedManager(origin, manager_class, files, arguments, texts)
     return name
 
 
 def is_registered(name: str) -> bool:
     """Return whether a managing system was passed as a class, so that only this process and its forks have it."""
-    return name in _passed
-
-
-def passed_manager(name: str) -> PassedManager:
-    """Return a managing system that `register_manager` has registered."""
-    return _passed[name]
+    return name in PASSED
 
 
 def _class_of_factory(name: str, make: Callable[..., ManagingSystem]) -> type[ManagingSystem]:
@@ -159,7 +176,7 @@ def _class_of_factory(name: str, make: Callable[..., ManagingSystem]) -> type[Ma
     return FromFactory
 
 
-def _files_by_part(origin: object) -> dict[object, Path]:
+def _files_by_part(origin: type | Callable[..., object]) -> Mapping[type | Callable[..., object], Path]:
     """Return the file of a class or function and of each base class; empty if one of them has no file."""
     bases = origin.__mro__[1:] if isinstance(origin, type) else ()
     parts = [origin, *(base for base in bases if base.__module__.partition(".")[0] not in _KNOWN)]
@@ -167,7 +184,7 @@ def _files_by_part(origin: object) -> dict[object, Path]:
     return files if len(files) == len(parts) else {}
 
 
-def _source_file(part: Any) -> Path | None:
+def _source_file(part: type | Callable[..., object]) -> Path | None:
     """Return the file of a class or function; None if a notebook, a console or another function defines it."""
     if "<" in getattr(part, "__qualname__", "<object>"):  # such as make.<locals>.Mine
         return None
@@ -236,13 +253,9 @@ def _missing_class_error(where: str, module: ModuleType, name: str) -> ManagerEr
         for other, value in vars(module).items()
         if isinstance(value, type) and issubclass(value, ManagingSystem) and value is not ManagingSystem
     ]
-    match classes:
-        case []:
-            hint = ""
-        case [only]:
-            hint = f": name {only}"
-        case _:
-            hint = f": {suggestion(name, classes)}name one of {', '.join(classes)}"
+    hint = f": name {classes[0]}" if classes else ""
+    if classes[1:]:
+        hint = f": {suggestion(name, classes)}name one of {', '.join(classes)}"
     return ManagerError(f"There is no class {name} in {where}{hint}.")
 
 
@@ -271,3 +284,38 @@ def _checked_class(spec: str, manager_class: object) -> type[ManagingSystem]:
             f"The method adapt of {spec} must accept one argument, symptoms: 'def adapt(self, symptoms)'."
         ) from error
     return manager_class
+
+
+def _check_printable(spec: str) -> None:
+    """Refuse a name that a record cannot hold."""
+    if not spec.isprintable():
+        raise ManagerError(f"The managing system {spec!r} contains an unprintable character.")
+
+
+def split_label(text: str) -> tuple[str, str]:
+    """Return the label and the managing system of `LABEL=MANAGER`; the label is empty if there is none.
+
+    A path or a module before the first `=` is not a label: `a=b/mine.py:Mine` is a file in the folder `a=b`.
+
+    Raises:
+        ManagerError: the label is malformed or reserved, or the text contains an unprintable character.
+
+    >>> split_label("mine-2=mine.py:Mine"), split_label("baseline")
+    (('mine-2', 'mine.py:Mine'), ('', 'baseline'))
+    """
+    label, separator, manager = text.partition("=")
+    if not separator or "/" in label or ":" in label:
+        _check_printable(text)
+        return "", text
+    if not _LABEL.fullmatch(label):
+        raise ManagerError(
+            f"The label of the managing system {text!r} must be 1 to 40 of the letters a to z and A to Z, digits, "
+            f"'_', '.', '+' and '-', and begin with a letter or digit, got {label!r}."
+        )
+    if label in {*MANAGERS, EXTERNAL}:
+        raise ManagerError(
+            f"The label {label!r} is the name of a managing system that comes with SUNSET; choose another for "
+            f"{manager}."
+        )
+    _check_printable(manager)
+    return label, manager

@@ -7,7 +7,7 @@ from typing import Final
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
 from sunset.managing.tools import Thresholds, Waits, Wiring
-from sunset.system.vocabulary import described_failures, described_faults, full_name
+from sunset.system.vocabulary import current_system, full_name
 
 _RESTART_S: Final = 0.5
 """Time until a restarted node sends again."""
@@ -57,10 +57,10 @@ class Reactive(ManagingSystem):
 
     def suspects(self, silent: str, symptoms: Symptoms) -> dict[str, float]:
         """Return the faults of the failures that show, with their probabilities."""
-        faults = list(described_faults().values())
+        faults = list(current_system().faults.values())
         showing = [
             failure.name
-            for failure in described_failures().values()
+            for failure in current_system().failures.values()
             if (
                 silent == self.wiring.publisher[full_name(failure.topic)]
                 if failure.topic

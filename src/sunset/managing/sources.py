@@ -11,9 +11,8 @@ from pathlib import Path
 
 from sunset.errors import ManagerError
 from sunset.files.sources import is_installed, modules_beside
-from sunset.managing.command import PREFIX, parse_command
-from sunset.managing.loading import is_registered, passed_manager
-from sunset.managing.names import MANAGERS
+from sunset.managing.loading import MANAGERS, PASSED
+from sunset.managing.program import PREFIX, parse_command
 
 
 def checksum(spec: str) -> str:
@@ -49,8 +48,8 @@ def source_files(spec: str) -> tuple[Path, ...]:
         return parse_command(spec).files
     if spec in MANAGERS:
         return (Path(inspect.getfile(MANAGERS[spec])),)
-    if is_registered(spec):
-        return passed_manager(spec).files
+    if spec in PASSED:
+        return PASSED[spec].files
     where = spec.rpartition(":")[0]
     if where.endswith(".py"):
         if not Path(where).is_file():
@@ -67,7 +66,7 @@ def source_files(spec: str) -> tuple[Path, ...]:
 
 def partial_arguments(spec: str) -> tuple[bytes, ...]:
     """Return the arguments of a `functools.partial` that was passed, as text; they are part of the checksum."""
-    return passed_manager(spec).arguments if is_registered(spec) else ()
+    return PASSED[spec].arguments if spec in PASSED else ()
 
 
 def manager_code(spec: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
@@ -156,11 +155,12 @@ def _declared_names(file: Path, name: str) -> list[str]:
         return []
     classes = [node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name]
     for statement in (statement for kind in classes for statement in kind.body):
-        if not isinstance(statement, ast.Assign | ast.AnnAssign) or statement.value is None:
-            continue
-        targets = statement.targets if isinstance(statement, ast.Assign) else [statement.target]
-        if any(isinstance(target, ast.Name) and target.id == "files" for target in targets):
-            return _literal_names(file, name, statement.value)
+        match statement:
+            case (
+                ast.Assign(targets=[ast.Name("files")], value=value)
+                | ast.AnnAssign(target=ast.Name("files"), value=ast.expr() as value)
+            ):
+                return _literal_names(file, name, value)
     return []
 
 
@@ -180,7 +180,7 @@ def _literal_names(file: Path, name: str, value: ast.expr) -> list[str]:
 def _own_file(spec: str) -> Path | None:
     """Return the file of a managing system's class or package, if it is the user's own and not installed."""
     where, _, name = spec.rpartition(":")
-    if spec.startswith(PREFIX) or spec in MANAGERS or is_registered(spec) or not where or not name:
+    if spec.startswith(PREFIX) or spec in MANAGERS or spec in PASSED or not where or not name:
         return None
     if where.endswith(".py"):
         return Path(where).resolve()

@@ -1,4 +1,4 @@
-"""The symptoms that a managing system sees: the blackboard, as a read-only mapping."""
+"""The symptoms that a managing system sees, as a read-only mapping; and the greeting, which describes the system."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -6,16 +6,17 @@ from typing import TYPE_CHECKING, Annotated, Final, NoReturn
 
 from sunset.system.vocabulary import (
     ENTROPY_SIGNAL,
+    REPAIR,
     RESULT_TOPIC,
     SHARPNESS_SIGNAL,
+    Adaptation,
+    Signal,
     Value,
     age_entry,
+    current_system,
     frequency_entry,
     heartbeat_entry,
-    node_names,
-    signal_names,
     state_entry,
-    topic_names,
 )
 from sunset.texts.names import base_name
 from sunset_ros.interfaces.parameters import scalar_of
@@ -24,6 +25,9 @@ from sunset_ros.texts import shorten, suggestion
 
 FloatOrNaN = Annotated[float, "NaN until it is measured"]
 """A measured number, or NaN until it is measured. NaN is neither over nor under any threshold."""
+
+PROTOCOL: Final = 1
+"""The version of the protocol of JSON lines."""
 
 DEFAULT_ENTROPY_THRESHOLD: Final = 0.06
 """The threshold of the published model."""
@@ -84,18 +88,15 @@ class Symptoms(Mapping[str, Value]):
 
     def signal(self, name: str) -> FloatOrNaN:
         """Return the mean of a signal's last 5 samples, such as `segmentation_entropy`; NaN until there are five."""
-        key, signals = _text(name), signal_names()
-        if key not in self and key not in signals:
-            raise _unknown_error("signal", name, signals)
-        return self._number(key)
+        return self._number("signal", name, str)
 
     def frequency(self, topic: str) -> FloatOrNaN:
         """Return the messages per second on a topic, over the last second; NaN until the first came."""
-        return self._number(self._topic_key(topic, frequency_entry))
+        return self._number("topic", topic, frequency_entry)
 
     def age(self, topic: str) -> FloatOrNaN:
         """Return how long ago the last message on a topic came [s]; NaN until the first came."""
-        return self._number(self._topic_key(topic, age_entry))
+        return self._number("topic", topic, age_entry)
 
     def stopped(self, topic: str) -> bool:
         """Return whether a topic that once had messages has had none for the last second."""
@@ -128,28 +129,26 @@ class Symptoms(Mapping[str, Value]):
 
     def state(self, node: str) -> str:
         """Return a node's lifecycle state, such as `active`; `unknown` while its heartbeat is missing."""
-        return str(self._values.get(self._node_key(node, state_entry), "unknown"))
+        return str(self._values.get(self._key("node", node, state_entry), "unknown"))
 
     def heartbeat(self, node: str) -> FloatOrNaN:
         """Return a node's heartbeats per second, over the last second; NaN until the first came."""
-        return self._number(self._node_key(node, heartbeat_entry))
+        return self._number("node", node, heartbeat_entry)
 
-    def _topic_key(self, topic: str, entry: Callable[[str], str]) -> str:
-        key = entry(_text(topic))
-        topics = topic_names()
-        if key not in self and key not in map(entry, topics):
-            raise _unknown_error("topic", topic, topics)
+    def _key(self, kind: str, name: str, entry: Callable[[str], str]) -> str:
+        """Return the name of an entry; an unknown name is a mistake of the caller."""
+        system = current_system()
+        known = {"signal": system.signals, "topic": system.topics, "node": system.nodes}[kind]
+        key = entry(base_name(str(name)) if kind == "node" else str(name))
+        if key not in self and key not in map(entry, known):
+            raise ValueError(
+                f"There is no {kind} {shorten(repr(name), 100)}: {suggestion(str(name), known)}name one of "
+                f"{', '.join(known)}. If an extension adds it, pass --extension."
+            )
         return key
 
-    def _node_key(self, node: str, entry: Callable[[str], str]) -> str:
-        short = base_name(_text(node))
-        key, nodes = entry(short), node_names()
-        if key not in self and short not in nodes:
-            raise _unknown_error("node", node, nodes)
-        return key
-
-    def _number(self, key: str) -> FloatOrNaN:
-        value = self._values.get(key)
+    def _number(self, kind: str, name: str, entry: Callable[[str], str]) -> FloatOrNaN:
+        value = self._values.get(self._key(kind, name, entry))
         return math.nan if value is None or isinstance(value, str) else float(value)
 
 
@@ -160,21 +159,52 @@ def read_parameters(parameters: Iterable[Parameter]) -> dict[str, Value]:
 
 
 def _missing_text(key: object, values: Iterable[str]) -> str:
-    known = {*map(frequency_entry, topic_names()), *map(age_entry, topic_names()), *signal_names()}
+    system = current_system()
+    known = {*map(frequency_entry, system.topics), *map(age_entry, system.topics), *system.signals}
     if key in known:
         return f"The blackboard does not have {key!r} yet; symptoms.get({key!r}) is None until it does."
     names = sorted(known.union(values))
     quoted = shorten(repr(key), 100)
-    return f"The blackboard has no entry {quoted}: {suggestion(_text(key), names)}name one of {', '.join(names)}."
+    return (
+        f"The blackboard has no entry {quoted}: {suggestion(str(key), names)}name one of {', '.join(names)}."
+    )
 
 
-def _text(name: object) -> str:
-    """Return a name as a plain text, also a member of an enumeration of texts."""
-    return str.__str__(name) if isinstance(name, str) else str(name)
+def make_greeting(period_s: float, parameters: Mapping[str, object]) -> dict[str, object]:
+    """Return the first line that a program gets, as `docs/programs.md` describes it.
+
+    The parameters of the managing system have thresholds of signals, `task` and `manager_seed`.
+    """
+    nodes = [
+        {
+            "name": node.name,
+            "inputs": list(node.inputs),
+            "outputs": list(node.outputs),
+            "state": node.initial_state,
+            "activation_delay_s": max(0.0, node.activation_delay_s),
+        }
+        for node in current_system().nodes.values()
+    ]
+    system = {
+        "nodes": nodes,
+        "topics": list(current_system().topics),
+        "signals": [_described_signal(signal, parameters) for signal in current_system().signals.values()],
+        "adaptations": [
+            _described_adaptation(offered) for offered in sorted(current_system().adaptations, key=str)
+        ],
+    }
+    task, seed = parameters.get("task", REPAIR), parameters.get("manager_seed", 0)
+    return {"protocol": PROTOCOL, "system": system, "task": task, "period": period_s, "seed": seed}
 
 
-def _unknown_error(kind: str, name: str, known: Iterable[str]) -> ValueError:
-    return ValueError(
-        f"There is no {kind} {shorten(repr(name), 100)}: {suggestion(_text(name), known)}name one of "
-        f"{', '.join(known)}. If an extension adds it, pass --extension."
+def _described_signal(signal: Signal, parameters: Mapping[str, object]) -> dict[str, object]:
+    described: dict[str, object] = {"name": signal.name, "node": signal.node, "unit": signal.unit}
+    threshold = parameters.get(signal.threshold_name) if signal.calibrated else signal.threshold
+    return described if threshold is None else {**described, "threshold": threshold, "below": signal.below}
+
+
+def _described_adaptation(offered: Adaptation) -> dict[str, object]:
+    described: dict[str, object] = {"id": str(offered), "kind": offered.kind.value, "node": offered.node}
+    return (
+        {**described, "name": offered.parameter, "value": offered.value} if offered.parameter else described
     )

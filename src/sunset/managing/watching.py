@@ -4,19 +4,9 @@ from collections import Counter, deque
 from typing import Final
 
 from sunset.managing.base import ManagingSystem
-from sunset.managing.configuration import Configuration, settings_without, view_setting
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.tools import Thresholds, Wiring
-from sunset.system.vocabulary import (
-    Failure,
-    Fault,
-    Value,
-    View,
-    described_failures,
-    described_signals,
-    described_views,
-    full_name,
-)
+from sunset.managing.tools import Configuration, Thresholds, Wiring, settings_without, view_setting
+from sunset.system.vocabulary import Failure, Fault, Value, View, current_system, full_name
 
 NEW_FRAMES_S: Final = 0.75
 """The time until a signal, a mean over 5 frames, is of new frames only, and is on the blackboard."""
@@ -46,10 +36,10 @@ class Watch:
         self._manager = manager
         self._configuration = configuration
         self._thresholds = Thresholds(manager)
-        self._nodes = {signal.name: signal.node for signal in described_signals()}
+        self._nodes = {signal.name: signal.node for signal in current_system().signals.values()}
         self._wiring = Wiring()
         self._view, self._without = view_setting(), settings_without()
-        self._views = {view.setting.value: view for view in described_views()}
+        self._views = {view.setting.value: view for view in current_system().views}
         self._symptoms = Symptoms({})
         self._rates: dict[str, Counter[float]] = {}  # topic → messages in a second → how often
         self._stopped: set[str] = set()
@@ -62,7 +52,7 @@ class Watch:
 
     def sees(self, fault: Fault, *, is_conclusive: bool = False) -> bool:
         """Return whether a fault can show with the sensors in use or, if `is_conclusive`, must show if present."""
-        signal = described_failures()[fault.failure].signal
+        signal = current_system().failures[fault.failure].signal
         view = self._view_of(signal) if signal else None
         if view is None or fault.effect is None:
             return True

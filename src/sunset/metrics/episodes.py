@@ -13,8 +13,8 @@ import numpy.typing as npt
 from sunset.metrics.adaptations import ExecutedAdaptation, affects
 from sunset.metrics.timeline import TOLERANCE_S, Injection, Samples, Timeline
 from sunset.system import (
+    GAP_S,
     SILENCE_S,
-    WINDOW,
     Failure,
     MovingMean,
     Signal,
@@ -129,7 +129,7 @@ def excesses(samples: Samples, signal: Signal, threshold: float, *, duration_s: 
     spells: list[Spell] = []
     holding: tuple[float, float] | None = None
     turned: float | None = None
-    moving = MovingMean(WINDOW.gap_s + TOLERANCE_S)
+    moving = MovingMean(GAP_S + TOLERANCE_S)
     early = samples.times <= duration_s
     for time, value in zip(samples.times[early].tolist(), samples.values[early].tolist(), strict=True):
         mean = moving.add(time, value)

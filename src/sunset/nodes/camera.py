@@ -6,7 +6,7 @@ from sunset.faults import defocus_image, degrade_image, sharpness
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.images import array_of_bgr, image_of_bgr
 from sunset.nodes.parameters import FaultParameter, NodeParameter, action
-from sunset.system import BLUR_SIGMA, IMAGE_DEGRADATION_RANGE, WINDOW
+from sunset.system import BLUR_SIGMA, IMAGE_DEGRADATION_RANGE, SAMPLES
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.lifecycle import LifecycleState, TransitionCallbackReturn
 
@@ -39,7 +39,7 @@ class Camera(AdaptiveNode):
 
     def set_up(self) -> None:
         """Declare the input and the output."""
-        self._sharpness: deque[float] = deque(maxlen=WINDOW.samples)
+        self._sharpness: deque[float] = deque(maxlen=SAMPLES)
         self._images = self.create_lifecycle_publisher(Image, "rgb_camera", 10)
         self.create_active_subscription(Image, "/rgb_raw", self._on_image)
 
@@ -65,5 +65,5 @@ class Camera(AdaptiveNode):
     def _report_sharpness(self, value: float) -> None:
         self._sharpness.append(value)
         self.report("sharpness", value)
-        if len(self._sharpness) == WINDOW.samples:
-            self.report("autofocus_needed", sum(self._sharpness) / WINDOW.samples < self.sharpness_threshold)
+        if len(self._sharpness) == SAMPLES:
+            self.report("autofocus_needed", sum(self._sharpness) / SAMPLES < self.sharpness_threshold)

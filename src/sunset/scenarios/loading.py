@@ -4,17 +4,16 @@ import os
 import re
 import shlex
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
 from sunset.errors import ScenarioError
 from sunset.files.inputs import read_bytes
-from sunset.scenarios.fault import parse_fault
 from sunset.scenarios.reading import parse_scenario, parse_suite
-from sunset.scenarios.schema import Scenario
-from sunset.scenarios.split_files import is_scenario_file, read_split, scenario_files
-from sunset.scenarios.splits import SPLITS, WILD
+from sunset.scenarios.schema import Scenario, parse_fault
+from sunset.scenarios.splits import MAX_BYTES, SPLITS, WILD, is_scenario_file, read_split, scenario_files
 from sunset.system import System, all_suites, current_system, find_fault, scenario_name
 from sunset.texts.names import base_name
 from sunset_ros.texts import shown, suggestion
@@ -52,16 +51,21 @@ def suite(name: str) -> tuple[Scenario, ...]:
 
 @lru_cache(maxsize=64)
 def _suite(system: System, name: str) -> tuple[Scenario, ...]:
+    del system  # the results are those of a system
     scenarios = all_suites()[name]
     if isinstance(scenarios, str):
         return parse_suite(scenarios, name)
-    return tuple(_scenario(system, name, faults) for faults in scenarios)
-
-
-def _scenario(system: System, suite_name: str, faults: tuple[str, ...]) -> Scenario:
-    parsed = tuple(map(parse_fault, faults))
-    sentences = " ".join(system.faults[fault.name].description for fault in parsed)
-    return Scenario(scenario_name(suite_name, faults), parsed, sentences or "Nothing goes wrong.")
+    made: dict[str, Scenario] = {}
+    for faults in scenarios:
+        try:
+            scenario = generate(faults, name=scenario_name(name, faults))
+        except ScenarioError as error:
+            raise ScenarioError(f"The suite {name} is not usable: {error}") from error
+        if scenario.name in made:
+            raise ScenarioError(f"The suite {name} has the scenario {scenario.name} twice; name each once.")
+        sentences = " ".join(fault.fault.description for fault in scenario.faults)
+        made[scenario.name] = replace(scenario, description=sentences or "Nothing goes wrong.")
+    return tuple(made.values())
 
 
 def suite_of(scenario: Scenario) -> str:
@@ -81,12 +85,14 @@ def suite_of(scenario: Scenario) -> str:
     return name if any(same) else ""
 
 
+def suite_size(name: str) -> int:
+    """Return the number of scenarios in a suite; 0 if the system lacks it."""
+    return len(suite(name)) if name in suite_names() else 0
+
+
 def scenario_names() -> tuple[str, ...]:
     """Return the names of the scenarios of all suites."""
     return tuple(scenario.name for name in suite_names() for scenario in suite(name))
-
-
-_MAX_BYTES: Final = 1_000_000
 
 
 def load_scenario(name: str | Path) -> Scenario:
@@ -188,7 +194,7 @@ def generate(faults: Sequence[str], *, name: str = "") -> Scenario:
 
 def _from_file(path: Path) -> Scenario:
     try:
-        text = read_bytes(path, _MAX_BYTES).decode("utf-8-sig")
+        text = read_bytes(path, MAX_BYTES).decode("utf-8-sig")
     except FileNotFoundError as error:
         raise ScenarioError(f"There is no scenario file {path}.") from error
     except OSError as error:

@@ -7,20 +7,23 @@ scenario of `wild` has a fault that no catalogue lists.
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from math import floor
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, TypeVar
 
+import msgspec
 from msgspec import Meta
 
-from sunset.errors import InvalidInputError
-from sunset.files.schemas import check_fields
+from sunset.errors import InvalidInputError, ScenarioError
+from sunset.files.inputs import read_bytes
+from sunset.files.outputs import draft_of_folder
+from sunset.files.schemas import check_fields, convert, document_text, read_json
 from sunset.flights import TIMES, FlightSpec
-from sunset.scenarios.fault import INTERMITTENT, RAMP, STEP, After, Profile, ScenarioFault
-from sunset.scenarios.schema import Scenario
-from sunset.system import current_system, excluding_pairs, get_fault, unlisted_names
+from sunset.scenarios.schema import INTERMITTENT, RAMP, STEP, After, Profile, Scenario, ScenarioFault
+from sunset.system import current_system, excluding_pairs, get_fault, loaded_extensions, unlisted_names
 from sunset_ros.seeding import check_seed, generator
 from sunset_ros.texts import shown, suggestion
 
@@ -35,6 +38,13 @@ SPLITS: Final[tuple[str, ...]] = (TRAIN, VALIDATION, TEST, WILD)
 
 RULE: Final = 1
 """The rule of drawing, increased whenever the same specification would give another split."""
+
+SPLIT_FILE: Final = "split.json"
+
+_SHORTEST_SALT: Final = 16
+"""Bytes; a shorter salt could be guessed, since its SHA-256 is published."""
+MAX_BYTES: Final = 1_000_000
+"""Of a scenario file, or a salt."""
 
 _ANGLES: Final = (30.0, 60.0, 90.0)
 _LATEST_S: Final = 12.0
@@ -55,9 +65,6 @@ class Parts:
         counts: numbers of faults in a scenario.
         profiles: kinds of profiles; a fault without a strength cannot have a ramp.
         severities: of faults that degrade images and have a strength.
-        towns: of flights.
-        heights: of flights [m].
-        weathers: of flights.
     """
 
     counts: tuple[int, ...]
@@ -223,3 +230,148 @@ class _Draw:
             after = After(fault=first.name, delay=delay)
             faults[-1] = replace(last, at=0.0, until=None, after=after)
         return tuple(faults)
+
+
+class SplitDescription(msgspec.Struct, frozen=True, kw_only=True):
+    """The content of `split.json`: a split's specification, and the hash by which it is pinned.
+
+    Attributes:
+        salt_sha256: the salt's hash, in hexadecimal; None without a salt.
+        rule: the rule of drawing.
+        extensions: of the managed system: name → checksum.
+        sha256: over the scenario files, as of the lines that `sha256sum *.yaml` prints.
+    """
+
+    split: str
+    count: int
+    seed: int
+    flights: bool
+    salt_sha256: str | None
+    rule: int
+    extensions: dict[str, str]
+    sha256: str
+
+
+def is_scenario_file(path: Path) -> bool:
+    """Return whether a path ends as a scenario file does."""
+    return path.suffix.lower() in {".yaml", ".yml"}
+
+
+def scenario_files(folder: Path) -> list[Path]:
+    """Return the scenario files of a folder, in their order."""
+    return sorted(filter(is_scenario_file, folder.iterdir()))
+
+
+def read_salt(file: Path) -> bytes:
+    """Return the salt of a split, all bytes of a file."""
+    try:
+        salt = read_bytes(file, MAX_BYTES)
+    except OSError as error:
+        raise InvalidInputError(f"The salt {file} cannot be read: {error.strerror}.") from error
+    if len(salt) < _SHORTEST_SALT:
+        raise InvalidInputError(
+            f"The salt {file} must have at least {_SHORTEST_SALT} bytes, or it can be guessed, got {len(salt)}; "
+            "'openssl rand -hex 32' prints one."
+        )
+    return salt
+
+
+def write_split(spec: SplitSpec, folder: Path) -> SplitDescription:
+    """Draw a split and write it into a new folder, all of it or nothing."""
+    described, files = _drawn(spec)
+    with draft_of_folder(folder, "split") as draft:
+        for name, content in files.items():
+            (draft / name).write_bytes(content)
+        (draft / SPLIT_FILE).write_text(document_text(described), encoding="utf-8")
+    return described
+
+
+def read_split(folder: Path) -> SplitDescription | None:
+    """Return the content of a folder's `split.json`; None without this file.
+
+    Raises:
+        ScenarioError: it is damaged, or the scenario files have another hash.
+    """
+    place = folder / SPLIT_FILE
+    if not place.exists():
+        return None
+    remedy = "generate the split again"
+    content = read_json(place, "The file", ScenarioError)
+    described = convert(content, SplitDescription, str(place), ScenarioError, remedy=remedy)
+    try:
+        files = {file.name: read_bytes(file, MAX_BYTES) for file in scenario_files(folder)}
+    except OSError as error:
+        raise ScenarioError(f"The split {folder} cannot be read: {error.strerror}.") from error
+    if _digest(files) != described.sha256:
+        raise ScenarioError(
+            f"The scenarios in {folder} are not those of its {SPLIT_FILE}: {remedy}, or remove {SPLIT_FILE} to use "
+            "them as scenarios of your own."
+        )
+    return described
+
+
+def check_split(folder: Path, salt: bytes = b"") -> SplitDescription:
+    """Draw the split of a folder again, from its `split.json`, and compare the scenarios.
+
+    Args:
+        folder: a folder by `write_split`.
+        salt: of the split; the folder does not contain it.
+
+    Raises:
+        ScenarioError: the folder is not a split, is damaged, or has other scenarios than are drawn.
+        InvalidInputError: the salt is missing or wrong.
+    """
+    described = read_split(folder)
+    if described is None:
+        raise ScenarioError(
+            f"There is no {SPLIT_FILE} in {folder}: name a folder that 'sunset scenarios generate --split' wrote."
+        )
+    spec = SplitSpec(
+        split=described.split,
+        count=described.count,
+        seed=described.seed,
+        flights=described.flights,
+        salt=salt,
+    )
+    expected, _ = _drawn(spec)
+    if described.salt_sha256 != expected.salt_sha256:
+        remedy = "name its file with --salt-file" if described.salt_sha256 else "leave --salt-file out"
+        raise InvalidInputError(
+            f"The split in {folder} was made with {_salt_text(described)}, got {_salt_text(expected)}: {remedy}."
+        )
+    if described != expected:
+        raise ScenarioError(f"The split in {folder} {_difference(described, expected)}.")
+    return described
+
+
+def _difference(described: SplitDescription, expected: SplitDescription) -> str:
+    if described.extensions != expected.extensions:
+        named = ", ".join(described.extensions) or "none"
+        return f"was made with other extensions ({named}), or other versions of them: name these with --extension"
+    return f"does not have the scenarios that its {SPLIT_FILE} makes"
+
+
+def _salt_text(described: SplitDescription) -> str:
+    return f"a salt of the SHA-256 {described.salt_sha256}" if described.salt_sha256 else "no salt"
+
+
+def _drawn(spec: SplitSpec) -> tuple[SplitDescription, dict[str, bytes]]:
+    """Return the description of a split, and its scenario files."""
+    files = {f"{scenario.name}.yaml": scenario.to_yaml().encode() for scenario in draw_split(spec)}
+    described = SplitDescription(
+        split=spec.split,
+        count=spec.count,
+        seed=spec.seed,
+        flights=spec.flights,
+        salt_sha256=hashlib.sha256(spec.salt).hexdigest() if spec.salt else None,
+        rule=RULE,
+        extensions={extension.name: extension.checksum for extension in loaded_extensions()},
+        sha256=_digest(files),
+    )
+    return described, files
+
+
+def _digest(files: Mapping[str, bytes]) -> str:
+    """Return the SHA-256 over the lines that `sha256sum *.yaml` prints of files, in hexadecimal."""
+    lines = (f"{hashlib.sha256(content).hexdigest()}  {name}\n" for name, content in sorted(files.items()))
+    return hashlib.sha256("".join(lines).encode()).hexdigest()

@@ -1,180 +1,88 @@
 """The managed system as data: nodes, topics, signals, failures, faults, adaptations and suites."""
 
-from sunset.system.cures import STATE, Key, comparable_text, goal_of, is_in_place
-from sunset.system.current import (
-    all_suites,
-    current_system,
-    degradations_of,
-    excluding_pairs,
-    extended_system,
-    find_fault,
-    get_fault,
-    load_extension,
-    loaded_extensions,
-    suite_size,
-    system_with,
-    unlisted,
-    unlisted_names,
-)
-from sunset.system.description import (
-    LONGEST_DELAY_S,
-    Adaptation,
-    AdaptationKind,
-    Effect,
-    Failure,
-    Fault,
-    FaultKind,
-    ImageFunction,
-    NodeDescription,
-    Signal,
-    Topic,
-    Value,
-    View,
-    redeploy,
-    restart,
-)
-from sunset.system.extension import Extension, Suite, names_in_suite
-from sunset.system.harness import (
-    BAG_PLAYER,
-    BLACKBOARD_TOPIC,
-    CLOCK_TOPIC,
-    COMMANDS_TOPIC,
-    DIAGNOSE,
-    DIAGNOSIS_TOPIC,
-    DIAGNOSTICS_TOPIC,
-    EVALUATION_TOPIC,
-    EXPERIMENT,
-    FAULT_ENDS_TOPIC,
-    HARNESS,
-    INFRASTRUCTURE,
-    INJECTED_EVENTS_TOPIC,
-    INJECTIONS_TOPIC,
-    LOG_TOPIC,
-    MANAGER_PROCESS,
-    MANAGING_SYSTEM,
-    OFF_LIMITS_TOPICS,
-    PARAMETER_EVENTS_TOPIC,
-    PARAMETER_TOPICS,
-    REPAIR,
-    RESULT_TOPIC,
-    SCENARIO_EXECUTOR,
-    SENSOR_TOPICS,
-    SURROUNDING,
-    TASKS,
-    TRUTH_TOPIC,
-)
-from sunset.system.loading import LoadedExtension
-from sunset.system.names import (
-    FAULT_ACCESS,
-    NAMESPACE,
-    age_entry,
-    frequency_entry,
-    full_name,
-    heartbeat_entry,
-    is_topic_name,
-    scenario_name,
-    short_name,
-    state_entry,
-)
-from sunset.system.paper import (
-    BLUR_SIGMA,
-    DEPTH_DEGRADATION_RANGE,
-    ENTROPY_SIGNAL,
-    IMAGE_DEGRADATION_RANGE,
-    MODALITIES,
-    SHARPNESS_SIGNAL,
-    USE_CAMERA,
-)
-from sunset.system.system import System
-from sunset.system.window import DURATION_S, PERIOD_S, SILENCE_S, WINDOW, MovingMean, Rate
-
-__all__ = [
-    "BAG_PLAYER",
-    "BLACKBOARD_TOPIC",
-    "BLUR_SIGMA",
-    "CLOCK_TOPIC",
-    "COMMANDS_TOPIC",
-    "DEPTH_DEGRADATION_RANGE",
-    "DIAGNOSE",
-    "DIAGNOSIS_TOPIC",
-    "DIAGNOSTICS_TOPIC",
-    "DURATION_S",
-    "ENTROPY_SIGNAL",
-    "EVALUATION_TOPIC",
-    "EXPERIMENT",
-    "FAULT_ACCESS",
-    "FAULT_ENDS_TOPIC",
-    "HARNESS",
-    "IMAGE_DEGRADATION_RANGE",
-    "INFRASTRUCTURE",
-    "INJECTED_EVENTS_TOPIC",
-    "INJECTIONS_TOPIC",
-    "LOG_TOPIC",
-    "LONGEST_DELAY_S",
-    "MANAGER_PROCESS",
-    "MANAGING_SYSTEM",
-    "MODALITIES",
-    "NAMESPACE",
-    "OFF_LIMITS_TOPICS",
-    "PARAMETER_EVENTS_TOPIC",
-    "PARAMETER_TOPICS",
-    "PERIOD_S",
-    "REPAIR",
-    "RESULT_TOPIC",
-    "SCENARIO_EXECUTOR",
-    "SENSOR_TOPICS",
-    "SHARPNESS_SIGNAL",
-    "SILENCE_S",
-    "STATE",
-    "SURROUNDING",
-    "TASKS",
-    "TRUTH_TOPIC",
-    "USE_CAMERA",
-    "WINDOW",
-    "Adaptation",
-    "AdaptationKind",
-    "Effect",
-    "Extension",
-    "Failure",
-    "Fault",
-    "FaultKind",
-    "ImageFunction",
-    "Key",
-    "LoadedExtension",
-    "MovingMean",
-    "NodeDescription",
-    "Rate",
-    "Signal",
-    "Suite",
-    "System",
-    "Topic",
-    "Value",
-    "View",
-    "age_entry",
-    "all_suites",
-    "comparable_text",
-    "current_system",
-    "degradations_of",
-    "excluding_pairs",
-    "extended_system",
-    "find_fault",
-    "frequency_entry",
-    "full_name",
-    "get_fault",
-    "goal_of",
-    "heartbeat_entry",
-    "is_in_place",
-    "is_topic_name",
-    "load_extension",
-    "loaded_extensions",
-    "names_in_suite",
-    "redeploy",
-    "restart",
-    "scenario_name",
-    "short_name",
-    "state_entry",
-    "suite_size",
-    "system_with",
-    "unlisted",
-    "unlisted_names",
-]
+from sunset.system.current import STATE as STATE
+from sunset.system.current import Key as Key
+from sunset.system.current import LoadedExtension as LoadedExtension
+from sunset.system.current import all_suites as all_suites
+from sunset.system.current import comparable_text as comparable_text
+from sunset.system.current import current_system as current_system
+from sunset.system.current import degradations_of as degradations_of
+from sunset.system.current import excluding_pairs as excluding_pairs
+from sunset.system.current import extended_system as extended_system
+from sunset.system.current import find_fault as find_fault
+from sunset.system.current import get_fault as get_fault
+from sunset.system.current import goal_of as goal_of
+from sunset.system.current import is_in_place as is_in_place
+from sunset.system.current import load_extension as load_extension
+from sunset.system.current import loaded_extensions as loaded_extensions
+from sunset.system.current import system_with as system_with
+from sunset.system.current import unlisted as unlisted
+from sunset.system.current import unlisted_names as unlisted_names
+from sunset.system.description import LONGEST_DELAY_S as LONGEST_DELAY_S
+from sunset.system.description import Adaptation as Adaptation
+from sunset.system.description import AdaptationKind as AdaptationKind
+from sunset.system.description import Effect as Effect
+from sunset.system.description import Failure as Failure
+from sunset.system.description import Fault as Fault
+from sunset.system.description import FaultKind as FaultKind
+from sunset.system.description import ImageFunction as ImageFunction
+from sunset.system.description import NodeDescription as NodeDescription
+from sunset.system.description import Signal as Signal
+from sunset.system.description import Topic as Topic
+from sunset.system.description import Value as Value
+from sunset.system.description import View as View
+from sunset.system.description import redeploy as redeploy
+from sunset.system.description import restart as restart
+from sunset.system.harness import BAG_PLAYER as BAG_PLAYER
+from sunset.system.harness import BLACKBOARD_TOPIC as BLACKBOARD_TOPIC
+from sunset.system.harness import CLOCK_TOPIC as CLOCK_TOPIC
+from sunset.system.harness import COMMANDS_TOPIC as COMMANDS_TOPIC
+from sunset.system.harness import DIAGNOSE as DIAGNOSE
+from sunset.system.harness import DIAGNOSIS_TOPIC as DIAGNOSIS_TOPIC
+from sunset.system.harness import DIAGNOSTICS_TOPIC as DIAGNOSTICS_TOPIC
+from sunset.system.harness import EVALUATION_TOPIC as EVALUATION_TOPIC
+from sunset.system.harness import EXPERIMENT as EXPERIMENT
+from sunset.system.harness import FAULT_ENDS_TOPIC as FAULT_ENDS_TOPIC
+from sunset.system.harness import HARNESS as HARNESS
+from sunset.system.harness import INFRASTRUCTURE as INFRASTRUCTURE
+from sunset.system.harness import INJECTED_EVENTS_TOPIC as INJECTED_EVENTS_TOPIC
+from sunset.system.harness import INJECTIONS_TOPIC as INJECTIONS_TOPIC
+from sunset.system.harness import LOG_TOPIC as LOG_TOPIC
+from sunset.system.harness import MANAGER_PROCESS as MANAGER_PROCESS
+from sunset.system.harness import MANAGING_SYSTEM as MANAGING_SYSTEM
+from sunset.system.harness import OFF_LIMITS_TOPICS as OFF_LIMITS_TOPICS
+from sunset.system.harness import PARAMETER_EVENTS_TOPIC as PARAMETER_EVENTS_TOPIC
+from sunset.system.harness import PARAMETER_TOPICS as PARAMETER_TOPICS
+from sunset.system.harness import REPAIR as REPAIR
+from sunset.system.harness import RESULT_TOPIC as RESULT_TOPIC
+from sunset.system.harness import SCENARIO_EXECUTOR as SCENARIO_EXECUTOR
+from sunset.system.harness import SENSOR_TOPICS as SENSOR_TOPICS
+from sunset.system.harness import SURROUNDING as SURROUNDING
+from sunset.system.harness import TASKS as TASKS
+from sunset.system.harness import TRUTH_TOPIC as TRUTH_TOPIC
+from sunset.system.names import FAULT_ACCESS as FAULT_ACCESS
+from sunset.system.names import NAMESPACE as NAMESPACE
+from sunset.system.names import age_entry as age_entry
+from sunset.system.names import frequency_entry as frequency_entry
+from sunset.system.names import full_name as full_name
+from sunset.system.names import heartbeat_entry as heartbeat_entry
+from sunset.system.names import is_topic_name as is_topic_name
+from sunset.system.names import scenario_name as scenario_name
+from sunset.system.names import short_name as short_name
+from sunset.system.names import state_entry as state_entry
+from sunset.system.paper import BLUR_SIGMA as BLUR_SIGMA
+from sunset.system.paper import DEPTH_DEGRADATION_RANGE as DEPTH_DEGRADATION_RANGE
+from sunset.system.paper import ENTROPY_SIGNAL as ENTROPY_SIGNAL
+from sunset.system.paper import IMAGE_DEGRADATION_RANGE as IMAGE_DEGRADATION_RANGE
+from sunset.system.paper import MODALITIES as MODALITIES
+from sunset.system.paper import SHARPNESS_SIGNAL as SHARPNESS_SIGNAL
+from sunset.system.paper import USE_CAMERA as USE_CAMERA
+from sunset.system.system import Extension as Extension
+from sunset.system.system import System as System
+from sunset.system.window import DURATION_S as DURATION_S
+from sunset.system.window import GAP_S as GAP_S
+from sunset.system.window import PERIOD_S as PERIOD_S
+from sunset.system.window import SAMPLES as SAMPLES
+from sunset.system.window import SILENCE_S as SILENCE_S
+from sunset.system.window import MovingMean as MovingMean
+from sunset.system.window import Rate as Rate

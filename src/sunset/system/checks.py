@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 from math import inf
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
-from sunset.errors import ExtensionError, ScenarioError
+from sunset.errors import ExtensionError
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
@@ -13,10 +13,9 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
-from sunset.system.extension import Extension, names_in_suite
 from sunset.system.harness import RESERVED_NAMES, SENSOR_TOPICS
 from sunset.system.names import full_name
-from sunset.system.system import System
+from sunset.system.system import Extension, System
 from sunset_ros.texts import suggestion
 
 _PAIR: Final = 2
@@ -215,30 +214,8 @@ def _check_suites(system: System) -> None:
         for name in pair:
             _known("fault", name, system.faults, f"The pair of exclusive faults {pair}")
     for suite, scenarios in system.suites.items():
-        label = f"The suite {suite}"
         if not scenarios:
-            raise ExtensionError(f"{label} has no scenario.")
-        names_in_suite(suite, scenarios)
-        # scenarios in a YAML text are checked when they are read, which takes a while
-        for scenario in () if isinstance(scenarios, str) else scenarios:
-            names = {_checked_name(text, system, label) for text in scenario}
-            for pair in system.exclusive:
-                if names.issuperset(pair):
-                    raise ExtensionError(f"{label} has {' with '.join(pair)}, which exclude each other.")
-
-
-def _checked_name(text: str, system: System, label: str) -> str:
-    """Check a fault of a scenario, `fault` or `fault=value`, and return its name."""
-    name, separator, strength = text.partition("=")
-    fault = _known("fault", name, system.faults, label)
-    try:
-        if separator:
-            fault.checked(float(strength))
-    except ValueError:
-        raise ExtensionError(f"{label} gives {name} a strength that is not a number: {strength!r}.") from None
-    except ScenarioError as error:
-        raise ExtensionError(f"{label} has an impossible strength: {error}") from error
-    return name
+            raise ExtensionError(f"The suite {suite} has no scenario.")
 
 
 def _check_parameter(adaptation: Adaptation, node_class: type) -> None:
@@ -246,7 +223,7 @@ def _check_parameter(adaptation: Adaptation, node_class: type) -> None:
     if not adaptation.parameter:
         return
     label = f"the parameter {adaptation.parameter!r}"
-    parameter: Any = getattr(node_class, adaptation.parameter, None)
+    parameter: object = getattr(node_class, adaptation.parameter, None)
     default = getattr(parameter, "default", None)
     if default is None:
         raise ExtensionError(

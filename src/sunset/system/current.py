@@ -1,30 +1,61 @@
-"""The managed system in use: the paper's, and the parts that extensions add.
+"""The managed system in use: the paper's, the parts that extensions add, and whether a cure is in place.
 
 A context variable holds it. Its default is the process's system, so threads share that, unless they are in an
 `extended_system`. A thread or process that is started in an `extended_system` does not inherit it.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stdout
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Final
 
 from sunset.errors import ExtensionError, ScenarioError
-from sunset.files.sources import is_edited
+from sunset.files.inputs import file_digest
+from sunset.files.sources import compiled_checksum, import_file, import_place, is_edited
 from sunset.system.checks import check_extension, check_system
-from sunset.system.description import Fault
-from sunset.system.extension import Extension, Suite, names_in_suite
-from sunset.system.loading import LoadedExtension, import_extension
+from sunset.system.description import Adaptation, Fault
+from sunset.system.names import full_name
 from sunset.system.paper import PAPER
-from sunset.system.system import System
+from sunset.system.system import Extension, Suite, System
+from sunset.texts.names import ros_text
+from sunset.texts.sentences import described_error
 from sunset_ros.texts import suggestion
 
+STATE: Final = ""
+"""The lifecycle state of a node, in place of a parameter's name."""
+
+Key = tuple[str, str]
+"""A node, without namespace, and one of its parameters, or `STATE`."""
+
+_GROUP: Final = "sunset.extensions"
+"""The group of entry points of installed extensions."""
+_ATTRIBUTE: Final = "EXTENSION"
+"""The variable of a file that holds its extension."""
 _UNLISTED: Final = "sunset.wild"
 """The package of the faults that no catalogue lists; managing systems cannot read it."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedExtension:
+    """An extension that is part of the managed system.
+
+    Attributes:
+        name: the file's name, or the entry point's.
+        where: the file's absolute path, or the name of the entry point.
+        checksum: the SHA-256 of the file with its source, in hexadecimal.
+        source: the path of that file.
+    """
+
+    name: str
+    where: str
+    checksum: str
+    source: str
 
 
 @dataclass(eq=False)
@@ -67,7 +98,7 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
         raise ExtensionError(
             f"The extension {where} was edited after it was loaded: load it in a new process."
         )
-    loaded, part = (known, None) if known else import_extension(place, is_file=is_file)
+    loaded, part = (known, None) if known else _imported(place, is_file=is_file)
     if checksum not in {"", loaded.checksum}:
         raise ExtensionError(
             f"The extension {where} has changed since the run was planned; run it in a new folder."
@@ -76,14 +107,69 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
         _add(loaded, part, where)
 
 
+def _imported(place: str, *, is_file: bool) -> tuple[LoadedExtension, Extension]:
+    """Import an extension from a Python file, or from the entry point of a name."""
+    module, extension = _from_file(Path(place)) if is_file else _from_entry_point(place)
+    if not isinstance(extension, Extension):
+        raise ExtensionError(
+            f"The extension {place} must have an Extension as {_ATTRIBUTE}, got {type(extension).__name__}."
+        )
+    source = Path(str(module.__file__))
+    checksum = compiled_checksum(source) or file_digest(source)
+    return LoadedExtension(Path(place).name, place, checksum, str(source)), extension
+
+
+def _from_file(path: Path) -> tuple[ModuleType, object]:
+    if not path.is_file():
+        raise ExtensionError(f"There is no extension {path}: name a Python file.")
+    if path.suffix != ".py":
+        raise ExtensionError(f"The extension {path} is not a Python file.")
+    with _translated(path):
+        module = import_file(path, f"sunset_extension_{path.stem}")
+    names = vars(module)
+    if _ATTRIBUTE not in names:
+        others = [name for name, value in names.items() if isinstance(value, Extension)]
+        remedy = f"rename {others[0]}" if others else "assign it an Extension"
+        raise ExtensionError(f"The extension {path} has no {_ATTRIBUTE}: {remedy}.")
+    return module, names[_ATTRIBUTE]
+
+
+def _from_entry_point(name: str) -> tuple[ModuleType, object]:
+    from importlib.metadata import entry_points  # noqa: PLC0415  slow, and rarely needed
+
+    installed = {point.name: point for point in entry_points(group=_GROUP)}
+    if name not in installed:
+        raise ExtensionError(
+            f"There is no extension {name!r}: {suggestion(name, installed)}name a Python file, or an installed "
+            f"extension ({', '.join(installed) or 'there is none'})."
+        )
+    with _translated(name):
+        extension = installed[name].load()
+    return sys.modules[installed[name].module], extension
+
+
+@contextmanager
+def _translated(where: object) -> Iterator[None]:
+    """Turn an exception of an extension's import into an `ExtensionError`, and print its output to stderr."""
+    with redirect_stdout(sys.stderr):
+        try:
+            yield
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            raise ExtensionError(
+                f"The extension {where} cannot be imported: it raised {described_error(error)}{import_place(error)}."
+            ) from error
+
+
 def _add(loaded: LoadedExtension, part: Extension, where: str | Path) -> None:
     """Add a part to the current system, whose parts are in the order of their names, not of loading."""
     use = _use.get()
     if loaded.name in {other.name for other in use.extensions}:
         raise ExtensionError(f"The name of the extension {loaded.name} is taken: rename {where}.")
     extensions = {**use.extensions, loaded: part}
-    system = System(PAPER, *(extensions[key] for key in sorted(extensions, key=lambda key: key.name)))
     try:
+        system = System(PAPER, *(extensions[key] for key in sorted(extensions, key=lambda key: key.name)))
         check_system(system)
         check_extension(part, system, use.system)
     except ExtensionError as error:
@@ -195,7 +281,31 @@ def degradations_of(names: Iterable[str]) -> str:
     return "+".join(sorted(degradations or set(failures.values())))
 
 
-def suite_size(suite: str, scenario: str) -> int:
-    """Return the number of scenarios in the suite of a scenario; 0 if the system lacks the suite."""
-    names = names_in_suite(suite, all_suites().get(suite, ()))
-    return len(names) if scenario in names else 0
+def comparable_text(key: Key, value: object) -> str:
+    """Return a parameter's value, or a state, for comparison: as ROS writes it, topics by their full names."""
+    text = ros_text(value)
+    return full_name(text) if key in current_system().topic_parameters else text
+
+
+def goal_of(step: Adaptation) -> tuple[Key, str] | None:
+    """Return the parameter or state that a step of a cure sets, and its value; None for restarts and redeploys."""
+    if step.parameter:
+        key = step.node, step.parameter
+        return key, comparable_text(key, step.value)
+    state = step.kind.goal_state
+    return None if state is None else ((step.node, STATE), state)
+
+
+def is_in_place(fault: Fault, cure: Sequence[Adaptation], setting: Callable[[Key], str | None]) -> bool:
+    """Return whether a cure of a fault is in place: all of its steps are done, and undo enough of the fault.
+
+    Args:
+        fault: a fault.
+        cure: one of its cures; a cure with a restart or redeploy is never in place.
+        setting: returns the current value, as `comparable_text` writes it; None if it is unknown.
+    """
+    goals = [goal_of(step) for step in cure]
+    amounts = [setting((step.node, fault.parameter)) for step in cure]
+    return all(goal is not None and setting(goal[0]) == goal[1] for goal in goals) and fault.is_undone(
+        setting((fault.node, fault.parameter)), amounts
+    )

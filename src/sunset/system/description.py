@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, Any, Final, Literal, TypeAlias
+from typing import Annotated, Final, Literal, TypeAlias
 
 from msgspec import Meta
 
@@ -88,7 +88,7 @@ class Topic(_Part):
 
 @dataclass(frozen=True, slots=True)
 class Signal(_Part):
-    """A number that a node reports on `/diagnostics`; the blackboard has its mean over `WINDOW`.
+    """A number that a node reports on `/diagnostics`; the blackboard has its mean over `SAMPLES`.
 
     Attributes:
         node: the node that reports it.
@@ -245,7 +245,7 @@ class View(_Part):
         object.__setattr__(self, "sensors", frozenset(self.sensors))  # a tuple or list will do
 
 
-ImageFunction: TypeAlias = Callable[..., Any] | str
+ImageFunction: TypeAlias = Callable[..., object] | str
 """A function of an image and a strength that returns an image of the same kind, or its place as `module:function`."""
 
 

@@ -20,7 +20,7 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
-from sunset.system.extension import Extension
+from sunset.system.system import Extension
 
 IMAGE_DEGRADATION_RANGE: Final = (0.0, 1.9)
 """Least and greatest strength of the images' degradation; at 2 the image would be black."""
@@ -44,12 +44,7 @@ _NODES: Final = (
         "image_enhancement", "sunset.nodes:ImageEnhancement", ("rgb_camera",), ("rgb_enhanced",), -1.0, 0.003
     ),
     NodeDescription(
-        "sensor_fusion",
-        "sunset.nodes:Fusion",
-        ("rgb_camera", "depth_camera"),
-        ("sensors_fused",),
-        2.0,
-        0.003,
+        "sensor_fusion", "sunset.nodes:Fusion", ("rgb_camera", "depth_camera"), ("sensors_fused",), 2.0, 0.003
     ),
     NodeDescription(
         "segmentation", "sunset.nodes:SegmentationNode", ("sensors_fused",), ("segmentation",), 2.0, 0.040
@@ -57,11 +52,7 @@ _NODES: Final = (
 )
 
 _TOPICS: Final = (
-    Topic("/rgb_raw"),
-    Topic("/depth_raw"),
-    Topic("rgb_camera"),
-    Topic("depth_camera"),
-    Topic("rgb_enhanced"),
+    *map(Topic, ("/rgb_raw", "/depth_raw", "rgb_camera", "depth_camera", "rgb_enhanced")),
     Topic("sensors_fused", "system_interfaces/msg/SensorFusion"),
     Topic("segmentation"),
 )
@@ -129,10 +120,7 @@ _IMAGE_DEGRADATIONS: Final = (0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 
 
 _PRICES: Final = MappingProxyType(
     {
-        AdaptationKind.SET_PARAMETER: 2.0,
-        AdaptationKind.CHANGE_TOPIC: 2.0,
-        AdaptationKind.ACTIVATE: 2.0,
-        AdaptationKind.DEACTIVATE: 2.0,
+        **dict.fromkeys(AdaptationKind, 2.0),
         AdaptationKind.RESTART: 4.0,
         AdaptationKind.REDEPLOY: 10.0,
     }
@@ -208,9 +196,7 @@ _FAULTS: Final = (
         cures=((USE_CAMERA,),),
         injection=(_ACTIVATE_ENHANCEMENT, _USE_ENHANCED),
         effect=Effect(
-            degrade="sunset.faults:enhance_image",
-            strengths=_IMAGE_DEGRADATIONS,
-            suite="image_degradation",
+            degrade="sunset.faults:enhance_image", strengths=_IMAGE_DEGRADATIONS, suite="image_degradation"
         ),
         description="The image enhancement is applied to images that are good without it.",
     ),

@@ -1,13 +1,18 @@
-"""The managed system as a value: its parts, and the tables that follow from them."""
+"""The managed system as a value: its parts, as an extension adds them, and the tables that follow from them."""
 
 from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, field
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any, Protocol, TypeVar
+from typing import Annotated, Any, Protocol, TypeAlias, TypeVar, get_args, get_origin
+
+from msgspec import Meta
 
 from sunset.errors import ExtensionError
+from sunset.files.schemas import convert, fields_of
 from sunset.system.description import (
     Adaptation,
     AdaptationKind,
@@ -15,6 +20,8 @@ from sunset.system.description import (
     Fault,
     FaultKind,
     ImageFunction,
+    KindOfAdaptation,
+    Name,
     NodeDescription,
     Signal,
     Topic,
@@ -22,7 +29,6 @@ from sunset.system.description import (
     redeploy,
     restart,
 )
-from sunset.system.extension import Extension, Suite
 from sunset.system.harness import (
     COMMANDS_TOPIC,
     DIAGNOSTICS_TOPIC,
@@ -32,6 +38,69 @@ from sunset.system.harness import (
     SENSOR_TOPICS,
 )
 from sunset.system.names import FAULT_ACCESS, full_name
+from sunset_ros.texts import shorten
+
+Suite: TypeAlias = Annotated[
+    tuple[tuple[str, ...], ...] | str, Meta(description="tuples of faults or a YAML text")
+]
+"""Scenarios, each the faults that are injected together, as `fault` or `fault=value`; or a YAML list of scenarios."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Extension:
+    """A part of a managed system, such as the parts that a file adds to the paper's.
+
+    Attributes:
+        nodes: managed nodes.
+        node_classes: node of another part → the class that runs in place of its own, a subclass of it.
+        topics: topics that the monitor watches.
+        signals: numbers that nodes report.
+        failures: how faults show.
+        faults: causes of failures.
+        adaptations: adaptations to offer besides the restart and the redeploy of every node and the steps of cures.
+        exclusive: pairs of faults that cannot be there at the same time: each would be the other's cure.
+        views: the values of the parameter that chooses the sensors of the pipeline; the first has all of them.
+        suites: name → its scenarios, each the faults that are injected together, as `fault` or `fault=value`; or a YAML
+            text, a list of scenarios as in scenario files, whose names lack the suite's name.
+        prices: kind of adaptation → its price in `utility`, in frames of healthy output.
+    """
+
+    nodes: tuple[NodeDescription, ...] = ()
+    node_classes: Mapping[str, type] = field(default_factory=dict)
+    topics: tuple[Topic, ...] = ()
+    signals: tuple[Signal, ...] = ()
+    failures: tuple[Failure, ...] = ()
+    faults: tuple[Fault, ...] = ()
+    adaptations: tuple[Adaptation, ...] = ()
+    exclusive: tuple[tuple[str, str], ...] = ()
+    views: tuple[View, ...] = ()
+    suites: Mapping[Name, Suite] = field(default_factory=dict)
+    prices: Mapping[KindOfAdaptation, Annotated[float, Meta(ge=0, le=100_000)]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, kind in fields_of(Extension).items():
+            values, item = getattr(self, name), get_args(kind)[0]
+            if get_origin(kind) is not tuple:
+                where = f"the {name} of an extension"
+                convert(values, kind, where, ExtensionError, remedy="change it there")
+                continue
+            item = get_origin(item) or item
+            if not isinstance(values, tuple | list) or not all(isinstance(value, item) for value in values):
+                raise ExtensionError(
+                    f"The {name} of an extension must be a tuple of {item.__name__}, got {shorten(repr(values), 100)}."
+                )
+
+        for name, scenarios in self.suites.items():
+            if any(isinstance(scenario, AbstractSet) for scenario in (scenarios, *scenarios)):
+                raise ExtensionError(
+                    f"The suite {name} must be tuples of faults: a set does not have an order."
+                )
+
+    @property
+    def named_adaptations(self) -> tuple[Adaptation, ...]:
+        """The adaptations that it offers, of its views, and of its faults' injections and cures."""
+        steps = (step for fault in self.faults for steps in (fault.injection, *fault.cures) for step in steps)
+        return (*self.adaptations, *(view.setting for view in self.views), *steps)
 
 
 class _Named(Protocol):
@@ -45,39 +114,39 @@ NamedT = TypeVar("NamedT", bound=_Named)
 class System:
     """A managed system.
 
-    Its attributes raise an `ExtensionError` where parts contradict each other; `check_system` reads all of them.
-
     Args:
         *parts: the paper's part and extensions of it.
+
+    Raises:
+        ExtensionError: parts contradict each other. Other attributes raise it, too; `check_system` reads all of them.
     """
 
     def __init__(self, *parts: Extension) -> None:
         self.parts = parts
-
-    @cached_property
-    def nodes(self) -> Mapping[str, NodeDescription]:
+        self.nodes = _by_name("node", (node for part in parts for node in part.nodes))
         """The managed nodes, by name."""
-        return _by_name("node", (node for part in self.parts for node in part.nodes))
-
-    @cached_property
-    def topics(self) -> Mapping[str, Topic]:
+        self.topics = _by_name("topic", (topic for part in parts for topic in part.topics))
         """The topics that the monitor watches, by name."""
-        return _by_name("topic", (topic for part in self.parts for topic in part.topics))
-
-    @cached_property
-    def signals(self) -> Mapping[str, Signal]:
+        self.signals = _by_name("signal", (signal for part in parts for signal in part.signals))
         """The signals, by name."""
-        return _by_name("signal", (signal for part in self.parts for signal in part.signals))
-
-    @cached_property
-    def failures(self) -> Mapping[str, Failure]:
+        self.failures = _by_name("failure", (failure for part in parts for failure in part.failures))
         """The failures, by name."""
-        return _by_name("failure", (failure for part in self.parts for failure in part.failures))
-
-    @cached_property
-    def faults(self) -> Mapping[str, Fault]:
+        self.faults = _by_name("fault", (fault for part in parts for fault in part.faults))
         """The faults, by name."""
-        return _by_name("fault", (fault for part in self.parts for fault in part.faults))
+        self.exclusive = tuple(pair for part in parts for pair in part.exclusive)
+        """Pairs of faults that cannot be there at the same time: each would be the other's cure."""
+        self.views = tuple(view for part in parts for view in part.views)
+        """The values of the parameter that chooses the sensors of the pipeline."""
+        self.outages = frozenset(failure.name for failure in self.failures.values() if failure.topic)
+        """The failures in which a topic stops."""
+        self.initial_states = {node.name: node.initial_state for node in self.nodes.values()}
+        """Node → its lifecycle state in a healthy system."""
+        self.managed_nodes = frozenset(map(full_name, self.nodes))
+        """The full names of the managed nodes."""
+        self.all_nodes = self.managed_nodes | {f"/{name}" for name in HARNESS}
+        """The full names of the managed nodes and of the experiment's own."""
+        self.compute_s = {node.name: node.compute_s for node in self.nodes.values() if node.compute_s}
+        """Node → time that a callback of an input takes in the simulation [s]."""
 
     @cached_property
     def adaptations(self) -> tuple[Adaptation, ...]:
@@ -94,20 +163,8 @@ class System:
 
     def price(self, kind: str) -> float:
         """Return the price of an adaptation in frames; other lifecycle transitions cost as much as an activation."""
-        prices: dict[str, float] = {}
-        for part in self.parts:
-            prices |= {str(kind): price for kind, price in part.prices.items()}
+        prices = {str(kind): price for part in self.parts for kind, price in part.prices.items()}
         return prices.get(kind, prices[AdaptationKind.ACTIVATE])
-
-    @cached_property
-    def exclusive(self) -> tuple[tuple[str, str], ...]:
-        """Pairs of faults that cannot be there at the same time: each would be the other's cure."""
-        return tuple(pair for part in self.parts for pair in part.exclusive)
-
-    @cached_property
-    def views(self) -> tuple[View, ...]:
-        """The values of the parameter that chooses the sensors of the pipeline."""
-        return tuple(view for part in self.parts for view in part.views)
 
     @cached_property
     def suites(self) -> Mapping[str, Suite]:
@@ -169,26 +226,6 @@ class System:
         }
 
     @cached_property
-    def outages(self) -> frozenset[str]:
-        """The failures in which a topic stops."""
-        return frozenset(failure.name for failure in self.failures.values() if failure.topic)
-
-    @cached_property
-    def initial_states(self) -> Mapping[str, str]:
-        """Node → its lifecycle state in a healthy system."""
-        return {node.name: node.initial_state for node in self.nodes.values()}
-
-    @cached_property
-    def managed_nodes(self) -> frozenset[str]:
-        """The full names of the managed nodes."""
-        return frozenset(map(full_name, self.nodes))
-
-    @cached_property
-    def all_nodes(self) -> frozenset[str]:
-        """The full names of the managed nodes and of the experiment's own."""
-        return self.managed_nodes | {f"/{name}" for name in HARNESS}
-
-    @cached_property
     def own_topics(self) -> frozenset[str]:
         """Full names of the topics on which only the managed system and the experiment publish."""
         return frozenset({DIAGNOSTICS_TOPIC, *_HARNESS_TOPICS, *self.publishers})
@@ -220,11 +257,6 @@ class System:
             for step in fault.injection
             if step.parameter
         ).union((full_name(node), FAULT_ACCESS) for node in self.nodes)
-
-    @cached_property
-    def compute_s(self) -> Mapping[str, float]:
-        """Node → time that a callback of an input takes in the simulation [s]."""
-        return {node.name: node.compute_s for node in self.nodes.values() if node.compute_s}
 
     def node_class(self, name: str) -> type:
         """Return the class of a managed node, or of a node of the harness that has a process.

@@ -1,7 +1,6 @@
 """Times: the length of an experiment, the samples of a mean, the silence of a stopped topic."""
 
 from collections import deque
-from dataclasses import dataclass
 from typing import Final
 
 DURATION_S: Final = 20.0
@@ -13,22 +12,11 @@ PERIOD_S: Final = 0.1
 SILENCE_S: Final = 1.0
 """A topic without a message for this time has stopped [s]."""
 
+SAMPLES: Final = 5
+"""The last samples of a signal, which its mean is over."""
 
-@dataclass(frozen=True, slots=True)
-class Window:
-    """The samples that a signal is averaged over.
-
-    Attributes:
-        samples: the number of samples; the last ones are taken.
-        gap_s: a longer gap separates samples: a mean is over the samples after it [s].
-    """
-
-    samples: int = 5
-    gap_s: float = 1.0
-
-
-WINDOW: Final = Window()
-"""The window of every signal."""
+GAP_S: Final = 1.0
+"""A longer gap separates samples: a mean is over the samples after it [s]."""
 
 _SECOND_NS: Final = 10**9
 
@@ -71,7 +59,7 @@ class MovingMean:
     (5.5, 2.0)
     """
 
-    def __init__(self, gap: float, samples: int = WINDOW.samples) -> None:
+    def __init__(self, gap: float, samples: int = SAMPLES) -> None:
         self._gap = gap
         self._samples: deque[tuple[float, float]] = deque(maxlen=samples)
         self.value: float | None = None

@@ -16,9 +16,9 @@ from sunset.recording.story import Event, cause_of, figures_of, remarks_of
 from sunset.recording.timelines import start_of
 from sunset.system import (
     BAG_PLAYER,
+    GAP_S,
     STATE,
     TRUTH_TOPIC,
-    WINDOW,
     MovingMean,
     current_system,
     find_fault,
@@ -165,7 +165,7 @@ def _signals(run: StoredRun) -> list[View]:
     views = []
     for name, signal in current_system().signals.items():
         samples = run.timeline.samples.get(name, Samples())
-        moving = MovingMean(WINDOW.gap_s + TOLERANCE_S)
+        moving = MovingMean(GAP_S + TOLERANCE_S)
         pairs = zip(samples.times.tolist(), samples.values.tolist(), strict=True)
         means = [moving.add(*pair) for pair in pairs]
         views.append(

@@ -16,7 +16,7 @@ from sunset.data.cache import (
 from sunset.data.conventions import DEPTH_UNITS, IDS, SYNDRONE, Evidence, Reading
 from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, frames_for, render_frames, render_views
 from sunset.data.picture_folder import PictureFolder, find_pictures
-from sunset.data.syndrone import SynDroneFlight, find_syndrone, is_syndrone, survey_syndrone
+from sunset.data.syndrone import find_syndrone, is_syndrone, survey_syndrone
 from sunset.flights import TIMES, WEATHERS
 from sunset_town import DEPTH_RANGE_M, FRAME_SIZE, HEIGHTS_M, PITCHES_DEG, RENDER_VERSION, Frame
 
@@ -41,7 +41,6 @@ __all__ = [
     "Frame",
     "PictureFolder",
     "Reading",
-    "SynDroneFlight",
     "bag_checksum",
     "bag_statistics",
     "cache_folder",

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 from math import prod
 from pathlib import Path
 from types import MappingProxyType
@@ -30,10 +31,10 @@ from sunset.data.bag_images import (
     is_known,
     serialized,
 )
-from sunset.data.bag_paths import REMEDY, STORAGES, check_bag_path, check_uri, translated
+from sunset.data.bag_paths import REMEDY, check_bag_path, translated
 from sunset.data.conventions import SYNDRONE, Reading
 from sunset.data.pairing import pair
-from sunset.data.pixels import dimensions, no_labels, resample
+from sunset.data.pixels import dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
 from sunset.files.bags import connections_of, open_bag, reopened
 from sunset.files.image_digests import Pixels, remember_digest
@@ -51,36 +52,29 @@ _MOST_KEPT: Final = 128 << 20
 """The most bytes of frames that a reader keeps."""
 
 
-def write_bag(
-    path: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], *, storage: str = "mcap"
-) -> Path:
+def write_bag(path: Path, frames: Iterable[Frame], stamps_ns: Sequence[int]) -> Path:
     """Write a bag completely or not at all, and return its path; the same frames give the same bytes.
 
     Args:
-        path: a rosbag2 folder, or a single file if it ends in `.mcap` or `.db3`.
+        path: a rosbag2 folder in MCAP, or a single file if it ends in `.mcap` or `.db3`.
         frames: in the order of their stamps, all of the same size.
         stamps_ns: time of each frame in nanoseconds, from 0, strictly increasing.
-        storage: "mcap" or "sqlite3"; a file's suffix overrules it.
 
     Raises:
-        InvalidInputError: the numbers of frames and stamps differ, stamps do not increase, or the storage is unknown.
-        OutputError: the path exists or cannot be written, or is for sqlite3 and has #, ? or % in it.
+        InvalidInputError: the numbers of frames and stamps differ, or stamps do not increase.
+        OutputError: the path exists or cannot be written.
     """
-    alone = path.suffix in STORAGES
-    plugin = STORAGES.get(path.suffix, storage).upper()
-    if plugin not in StoragePlugin.__members__:
-        raise InvalidInputError(f"A bag's storage must be mcap or sqlite3, got {storage!r}.")
+    alone = path.suffix in {".mcap", ".db3"}
+    plugin = StoragePlugin.SQLITE3 if path.suffix == ".db3" else StoragePlugin.MCAP
     if any(stamp < 0 for stamp in stamps_ns) or any(np.diff(np.asarray(stamps_ns, dtype=np.int64)) <= 0):
         raise InvalidInputError("A bag's stamps must be from 0 on and strictly increasing, got others.")
     if path.exists():
         raise OutputError(f"The bag {path} cannot be written because it exists: choose another name.")
-    if plugin == StoragePlugin.SQLITE3.name:
-        check_uri(path, OutputError)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".writing-", dir=path.parent) as draft:
             folder = Path(draft) / (path.stem if alone else path.name)
-            _write(folder, frames, stamps_ns, StoragePlugin[plugin])
+            _write(folder, frames, stamps_ns, plugin)
             flush(folder)
             (folder / path.name if alone else folder).rename(path)
     except sqlite3.Error as error:
@@ -91,23 +85,17 @@ def write_bag(
 
 
 def _write(folder: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], plugin: StoragePlugin) -> None:
-    written = 0
     definition, digest = message_definition(Image), type_hash(Image)
     with Writer(folder, version=9, storage_plugin=plugin) as writer:
         connections = [
             writer.add_connection(topic, IMAGE, msgdef=definition, rihs01=digest) for topic in TOPICS
         ]
-        for frame in frames:
-            if written < len(stamps_ns):
-                images: tuple[Pixels, ...] = (frame.rgb, frame.depth, frame.labels)
-                for connection, image in zip(connections, images, strict=True):
-                    stamp = int(stamps_ns[written])
-                    writer.write(connection, stamp, serialized(image, TOPICS[connection.topic], stamp))
-            written += 1
-        if written != len(stamps_ns):
-            raise InvalidInputError(
-                f"A bag needs one stamp per frame, got {len(stamps_ns)} for {written} frames."
-            )
+        for frame, stamp in zip_longest(frames, map(int, stamps_ns)):
+            if frame is None or stamp is None:
+                raise InvalidInputError("A bag needs one stamp per frame, got more of either.")
+            images: tuple[Pixels, ...] = (frame.rgb, frame.depth, frame.labels)
+            for connection, image in zip(connections, images, strict=True):
+                writer.write(connection, stamp, serialized(image, TOPICS[connection.topic], stamp))
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,7 +206,9 @@ class BagReader:
                 f"The bag {self.path} changed after it was opened: frame {index} is gone; open it again."
             )
         rgb, depth, *labels = (images[topic].pixels for topic in wanted)
-        frame = resample(Frame(rgb, depth, labels[0] if labels else no_labels(depth)), self.size)
+        frame = resample(
+            Frame(rgb, depth, labels[0] if labels else np.zeros(depth.shape, np.uint8)), self.size
+        )
         for array in (frame.rgb, frame.depth, frame.labels):
             array.flags.writeable = False
         return frame
@@ -354,13 +344,12 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None, reading: Readin
         reading: convention of the values of labels and depths.
 
     Raises:
-        DataError: the bag is missing, unreadable or not closed, lies where sqlite3 cannot open it, lacks topics or
-            images of its metadata, has other encodings or several sizes, or its images do not belong together or
-            have no known depth.
+        DataError: the bag is missing, unreadable or not closed, lacks topics or images of its metadata, has other
+            encodings or several sizes, or its images do not belong together or have no known depth.
     """
     with translated(path):
         check_bag_path(path)
-        reader = open_bag(path, cut_off=True)
+        reader = open_bag(path)
         try:
             return BagReader(path, reader, _Survey(path, reader, reading), size)
         except BaseException:

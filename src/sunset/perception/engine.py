@@ -1,6 +1,5 @@
 """The engine of the networks, ONNX Runtime, with settings for results that repeat bit by bit."""
 
-import re
 from collections.abc import Mapping
 from typing import Final
 
@@ -16,9 +15,6 @@ RUNTIME_ERRORS: Final = tuple(
     kind for kind in vars(_runtime_errors).values() if isinstance(kind, type) and issubclass(kind, Exception)
 )
 """The exceptions of ONNX Runtime, which have no common base."""
-
-_LOOP: Final = re.compile(rb'(?:"|\xa2\x80*\x00)(?:\x04|\x84\x80*\x00)(Loop|Scan)')
-"""An operator that repeats others in a file: the tag of `op_type`, the length of its name, and the name."""
 
 _CUDA: Final = "CUDAExecutionProvider"
 _PROVIDERS: Final[dict[str, list[object]]] = {
@@ -62,11 +58,6 @@ def open_session(
     Raises:
         ModelError: the network cannot be run, or the device does not work.
     """
-    if loop := _LOOP.search(network):
-        raise ModelError(
-            f"The network {name} must not have the operator {loop[1].decode()}, whose work has no bounds; export it "
-            "without loops."
-        )
     try:
         options = _options(data, threads)
         session = onnxruntime.InferenceSession(network, options, providers=_PROVIDERS[device])
@@ -98,8 +89,6 @@ def _options(data: Mapping[str, bytes], threads: int) -> onnxruntime.SessionOpti
     table = {"": b"\0", **data}
     sizes = [len(content) for content in table.values()]
     options.add_external_initializers_from_files_in_memory(list(table), list(table.values()), sizes)
-    # Tensors in the branches of control flow are not looked up in the table but in this folder; it cannot hold any.
-    options.add_session_config_entry("session.model_external_initializers_file_folder_path", "/dev/null")
     return options
 
 

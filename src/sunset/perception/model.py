@@ -11,10 +11,9 @@ from onnxruntime import InferenceSession
 
 from sunset.errors import ModelError
 from sunset.files.inputs import read_bytes
-from sunset.perception.card import CARD_NAME, Modality, ModelCard
+from sunset.perception.card import CARD_NAME, Modality, ModelCard, with_severities
 from sunset.perception.engine import open_session
 from sunset.perception.installed import find_model, missing_model_error
-from sunset.perception.severities import with_severities
 from sunset_ros.texts import shown
 
 _LARGEST: Final = 2**31
@@ -73,14 +72,10 @@ def load_model(name_or_path: str | Path) -> Model:
     if not os.path.isdir(folder):  # noqa: PTH112  Path.is_dir raises where a name is too long
         raise missing_model_error(str(name_or_path))
     card = with_severities(ModelCard.read(folder / CARD_NAME), folder)
-    files: dict[str, str] = {}  # networks may share some
-    for network in card.networks.values():
-        for name, digest in network.files.items():
-            if files.setdefault(name, digest) != digest:
-                raise ModelError(
-                    f"The card of the model {card.name!r} gives two checksums for the file {name!r}."
-                )
-    for name, digest in files.items():
+    files = {
+        file for network in card.networks.values() for file in network.files.items()
+    }  # some may be shared
+    for name, digest in sorted(files):
         _verified(folder / name, digest)
     return Model(folder, card)
 

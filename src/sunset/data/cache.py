@@ -5,11 +5,11 @@ import json
 import os
 import shutil
 import tempfile
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import asdict
 from functools import lru_cache, partial
+from itertools import chain, islice
 from pathlib import Path
 from typing import Final
 
@@ -71,12 +71,13 @@ def flight_bags(
         SunsetError: a worker process was killed.
     """
     check_jobs(jobs)
-    missing = [plan for plan in dict.fromkeys(plans) if not _is_there(plan)]
+    missing = [plan for plan in dict.fromkeys(plans) if not _is_intact(flight_place(plan).parent)]
     with _locked() if missing else nullcontext():  # an unwritable folder fails before anything is rendered
-        missing = [plan for plan in missing if not _is_there(plan)]
+        missing = [plan for plan in missing if not _is_intact(flight_place(plan).parent)]
         with _rendered(missing, progress, jobs) as frames:
             for plan in missing:
-                kept_bag(f"town{plan.town}", asdict(plan), partial(frames, plan), plan.stamps_ns())
+                own = partial(islice, frames, plan.frames)
+                kept_bag(f"town{plan.town}", asdict(plan), own, plan.stamps_ns())
     return list(map(flight_place, plans))
 
 
@@ -147,7 +148,8 @@ def kept_bag(
             finished = Path(draft) / home.name
             write_bag(finished / _BAG, frames(), stamps_ns)
             (finished / CHECKSUM_FILE).write_text(json.dumps(_checksums(finished / _BAG), indent=1) + "\n")
-            _move(finished, home)
+            shutil.rmtree(home, ignore_errors=True)
+            finished.rename(home)
     return bag
 
 
@@ -176,65 +178,31 @@ def _is_intact(home: Path) -> bool:
     try:
         expected = json.loads(read_text(home / CHECKSUM_FILE))
         return bool(expected) and expected == _checksums(home / _BAG)
-    except (FileNotFoundError, NotADirectoryError, ValueError):
+    except (OSError, ValueError):
         return False
-
-
-def _is_there(plan: FlightPlan) -> bool:
-    """Return whether a flight need not be rendered; if it cannot be read, `kept_bag` raises the error."""
-    try:
-        return _is_intact(flight_place(plan).parent)
-    except OSError:
-        return False
-
-
-def _move(finished: Path, home: Path) -> None:
-    """Put a flight in its place, unless another process has meanwhile."""
-    if _is_intact(home):
-        return
-    if home.exists():
-        shutil.rmtree(home)
-    try:
-        finished.rename(home)
-    except OSError:
-        if not _is_intact(home):
-            raise
 
 
 @contextmanager
 def _rendered(
     plans: Sequence[FlightPlan], progress: Progress | None, jobs: int | None
-) -> Iterator[Callable[[FlightPlan], Iterator[Frame]]]:
-    """Give a function that returns the frames of a flight, to be called once for each plan in their order.
-
-    Processes render ahead: they begin the next flight while the frames of a flight are used.
-    """
-    total, done = sum(plan.frames for plan in plans), 0
+) -> Iterator[Iterator[Frame]]:
+    """Give the frames of flights, one flight after the other; processes render ahead."""
+    total = sum(plan.frames for plan in plans)
     batches = [(plan, start) for plan in plans for start in range(0, plan.frames, BATCH)]
     count = min(min(processors(), 8) if jobs is None else jobs, len(batches))
 
-    def counted(frames: Iterable[Frame]) -> Iterator[Frame]:
-        nonlocal done
-        for frame in frames:
-            yield frame
-            done += 1
+    def counted(batches: Iterable[list[Frame]]) -> Iterator[Frame]:
+        for done, frame in enumerate(chain.from_iterable(batches), 1):
             if progress is not None:
                 progress(done, total)
+            yield frame
 
     if progress is not None and plans:
         progress(0, total)
-    if count <= 1:
-        yield lambda plan: counted(render_frames(plan))
-        return
-    with worker_pool(count) as pool:
-        pending = deque((plan, pool.submit(_render_batch, plan, start)) for plan, start in batches)
-
-        def collected(plan: FlightPlan) -> Iterator[Frame]:
-            while pending and pending[0][0] == plan:
-                yield from pending.popleft()[1].result()
-
-        yield lambda plan: counted(collected(plan))
+    with nullcontext() if count <= 1 else worker_pool(count) as pool:
+        yield counted(pool.map(_render_batch, batches) if pool else map(_render_batch, batches))
 
 
-def _render_batch(plan: FlightPlan, start: int) -> list[Frame]:
+def _render_batch(batch: tuple[FlightPlan, int]) -> list[Frame]:
+    plan, start = batch
     return list(render_frames(plan, range(start, min(start + BATCH, plan.frames))))

@@ -12,15 +12,10 @@ from pathlib import Path
 from typing import Final, Self
 
 from sunset.files.sources import PACKAGES, has_libraries
-from sunset.processes.confinement.landlock import SCOPES_SINCE, landlock_version, restrict_files
+from sunset.processes.confinement.landlock import landlock_version, restrict_files
 from sunset.processes.confinement.namespaces import can_enclose, enclose
 from sunset.processes.confinement.privileges import drop_root
-from sunset.processes.confinement.seccomp import (
-    can_filter_calls,
-    filter_calls,
-    filter_program,
-    forgo_privileges,
-)
+from sunset.processes.confinement.seccomp import can_filter_calls, filter_calls, filter_program
 
 WALLS: Final = {
     "Landlock": "the user's files can be read and written",
@@ -40,23 +35,9 @@ _HIDDEN: Final = (PACKAGES["sunset"] / "nodes" / "wild").resolve()
 """Faults that no catalogue lists, which no confined process can read."""
 _SYSTEM: Final = (
     *("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64"),
-    *(
-        "/etc/alternatives",
-        "/etc/ld.so.cache",
-        "/etc/localtime",
-        "/etc/timezone",
-        "/etc/ssl",
-        "/etc/pki",
-        "/etc/ca-certificates",
-    ),
-    *(
-        "/etc/resolv.conf",
-        "/etc/hosts",
-        "/etc/host.conf",
-        "/etc/nsswitch.conf",
-        "/etc/gai.conf",
-        "/etc/services",
-    ),
+    *("/etc/alternatives", "/etc/ld.so.cache", "/etc/localtime", "/etc/timezone"),
+    *("/etc/ssl", "/etc/pki", "/etc/ca-certificates", "/etc/services"),
+    *("/etc/resolv.conf", "/etc/hosts", "/etc/host.conf", "/etc/nsswitch.conf", "/etc/gai.conf"),
     *("/dev/zero", "/dev/random", "/dev/urandom"),
 )
 """Paths that programs need, without files of users."""
@@ -119,7 +100,6 @@ def put_up(view: View, folder: Path) -> None:
     if enclosing():
         enclose((*seen, *_DEVICES), folder)
     drop_root(folder)
-    forgo_privileges()
     parts = [_without_hidden(place) for place in seen]
     restrict_files(
         [part for readable, _ in parts for part in readable],
@@ -127,7 +107,7 @@ def put_up(view: View, folder: Path) -> None:
         _DEVICES,
         listed=[part for _, listed in parts for part in listed],
     )
-    filter_calls(signals=landlock_version() >= SCOPES_SINCE)
+    filter_calls()
 
 
 @cache
@@ -141,7 +121,8 @@ def prepare() -> None:
     for place in _needed():
         _without_hidden(place)
     enclosing()
-    filter_program(signals=landlock_version() >= SCOPES_SINCE)
+    if can_filter_calls():
+        filter_program()
 
 
 @cache

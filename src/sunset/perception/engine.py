@@ -43,7 +43,7 @@ def find_device(wanted: str) -> str:
 
 
 def open_session(
-    network: bytes, data: Mapping[str, bytes], *, name: str, threads: int = 1, device: str = "cpu"
+    network: bytes, data: Mapping[str, bytes], *, name: str, device: str = "cpu"
 ) -> onnxruntime.InferenceSession:
     """Open a network from memory, without access to files.
 
@@ -51,15 +51,13 @@ def open_session(
         network: an ONNX file.
         data: files that may hold its weights (ONNX's external data), by their names in the network.
         name: the network's, for errors.
-        threads: for each operator. With a single thread, results repeat bit by bit; with more, float sums may be
-            blocked differently (seen from 4 threads on).
         device: "cpu" or "cuda". CUDA has not been tried on a graphics card by this project.
 
     Raises:
         ModelError: the network cannot be run, or the device does not work.
     """
     try:
-        options = _options(data, threads)
+        options = _options(data)
         session = onnxruntime.InferenceSession(network, options, providers=_PROVIDERS[device])
     except RUNTIME_ERRORS as error:
         hint = "; weights in other files are read where the card names these as the network's 'data'"
@@ -75,16 +73,14 @@ def open_session(
     return session
 
 
-def _options(data: Mapping[str, bytes], threads: int) -> onnxruntime.SessionOptions:
+def _options(data: Mapping[str, bytes]) -> onnxruntime.SessionOptions:
     options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads
+    options.intra_op_num_threads = 1  # from 4 on, float sums may be blocked differently
     options.inter_op_num_threads = 1
     options.execution_mode = onnxruntime.ExecutionMode.ORT_SEQUENTIAL
     options.use_deterministic_compute = True
     options.enable_mem_pattern = False  # with it, not only the first run is slow but also the second
     options.log_severity_level = 4  # errors are raised, and must not be printed as well
-    # Idle threads would spin, and take a core from others.
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     # Files outside the table are refused, but an empty table would not count as a table.
     table = {"": b"\0", **data}
     sizes = [len(content) for content in table.values()]

@@ -33,10 +33,8 @@ class Model:
     def __repr__(self) -> str:
         return f"Model({self.card.name!r}, version {self.card.version!r}, in {str(self.folder)!r})"
 
-    def session(self, modality: Modality, *, threads: int = 1, device: str = "cpu") -> InferenceSession:
-        """Return the network's ONNX Runtime session, made once per process, number of threads and device.
-
-        Results repeat bit by bit with a single thread only. The device is "cpu" or "cuda".
+    def session(self, modality: Modality, *, device: str = "cpu") -> InferenceSession:
+        """Return the network's ONNX Runtime session, made once per process and device, "cpu" or "cuda".
 
         Raises:
             ModelError: the model lacks this network, or its file cannot be run.
@@ -46,12 +44,12 @@ class Model:
             raise ModelError(f"The model {self.card.name!r} has no network {modality.key!r}, only {has}.")
         network = self.card.networks[modality]
         with _sessions_lock:
-            key = (network.digest, modality, self.card.height, self.card.width, threads, device)
+            key = (network.digest, modality, self.card.height, self.card.width, device)
             if key not in _sessions:
                 path = self.folder / network.file
                 data = {name: _verified(self.folder / name, digest) for name, digest in network.files.items()}
                 content = data.pop(network.file)
-                session = open_session(content, data, name=str(path), threads=threads, device=device)
+                session = open_session(content, data, name=str(path), device=device)
                 _check_signature(session, self.card, modality, path)
                 _sessions[key] = session
             return _sessions[key]

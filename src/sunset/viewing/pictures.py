@@ -33,8 +33,6 @@ _LEAST: Final = 0.6  # colour and depth keep at least this share of the labels' 
 _SAMPLED: Final = 10  # the size of all pictures is estimated from each tenth frame
 _SURPLUS: Final = 1.02  # the margin of this estimate
 _WAITING: Final = 64  # pictures that wait to be encoded
-_MEASURED: Final = 19
-"""The loss is measured on each nineteenth picture if it is of colour; a prime, since kinds alternate."""
 _LONGEST_STRETCH: Final = 65535  # the largest number of pixels in two bytes
 _RARE: Final = 0.0005  # the share of pixels below which the legend leaves a class out
 _COLOURS: Final = 9  # colours of the depth's scale in the legend
@@ -85,11 +83,10 @@ class Placed(NamedTuple):
 
 
 class _Encoded(NamedTuple):
-    """A picture; of labels the pixels of each class (256,), and of others perhaps the mean loss of a pixel, of 255."""
+    """A picture, and of labels the pixels of each class (256,)."""
 
     data: bytes
     counts: npt.NDArray[np.int64] | None = None
-    loss: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,24 +142,18 @@ class _Album:
         if image.encoding == LABELS:
             encoded = self._pool.submit(_packed, image, self.size())
         else:
-            size, is_measured = self.size(self._settings.shrink), place % _MEASURED == 0
-            encoded = self._pool.submit(self._compressed, image, size, is_measured)
+            encoded = self._pool.submit(self._compressed, image, self.size(self._settings.shrink))
         self._encoded.append(encoded)
         if place >= _WAITING:
             self._encoded[place - _WAITING].result()
         return place
 
-    def _compressed(self, image: StoredImage, size: tuple[int, int], is_measured: bool) -> _Encoded:
+    def _compressed(self, image: StoredImage, size: tuple[int, int]) -> _Encoded:
         if image.encoding == _DEPTH:
             depth = _resized(image.pixels, size, cv2.INTER_NEAREST)
             shown = cv2.applyColorMap(self._shades[depth], cv2.COLORMAP_VIRIDIS)
             return _Encoded(_webp(shown, self._settings.quality))
-        original = _resized(image.pixels, size, cv2.INTER_AREA)
-        data = _webp(original, self._settings.quality)
-        if not is_measured:
-            return _Encoded(data)
-        stored = np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), np.int16)
-        return _Encoded(data, loss=float(np.abs(original - stored).mean()))
+        return _Encoded(_webp(_resized(image.pixels, size, cv2.INTER_AREA), self._settings.quality))
 
     def sizes(self) -> tuple[int, int]:
         """Return the bytes of all pictures without loss, and of all pictures with loss."""
@@ -177,19 +168,17 @@ class _Album:
         return PicturesView(
             width=width,
             height=height,
-            note=self._note([picture.loss for picture in encoded if picture.loss is not None]),
+            note=self._note(),
             depth=self._depth,
             classes=_frequent([picture.counts for picture in encoded if picture.counts is not None]),
             data=[b64encode(picture.data).decode() for picture in encoded],
         )
 
-    def _note(self, losses: Sequence[float]) -> str:
+    def _note(self) -> str:
         original, size, shrunk = self._original or self.size(), self.size(), self.size(self._settings.shrink)
         labels = "exact" if size == original else _scaled(original, size)
         shown = "" if shrunk == original else f"{_scaled(original, shrunk)}, and "
-        loss = f": their pixels differ by {sum(losses) / len(losses):.1f} of 255 on average" if losses else ""
-        quality = f"WebP of quality {self._settings.quality}"
-        return f"Labels and truth are {labels}; colour and depth are {shown}{quality}{loss}."
+        return f"Labels and truth are {labels}; colour and depth are {shown}WebP of quality {self._settings.quality}."
 
 
 def make_pictures(

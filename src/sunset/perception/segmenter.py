@@ -9,8 +9,7 @@ import numpy.typing as npt
 from sunset.errors import ModelError
 from sunset.perception.cache import InferenceCache
 from sunset.perception.card import Modality
-from sunset.perception.engine import RUNTIME_ERRORS, find_device, one_line
-from sunset.perception.model import Model
+from sunset.perception.model import RUNTIME_ERRORS, Model, find_device, one_line
 
 _ROUNDING: Final = 1e-3
 """Tolerance of an entropy's range [0, 1], since a network sums in float32."""

@@ -21,7 +21,6 @@ from sunset.data import (
     TIMES,
     WEATHERS,
     BagStatistics,
-    Evidence,
     FlightPlan,
     Frame,
     PictureFolder,
@@ -228,20 +227,17 @@ def _find_flight(arguments: argparse.Namespace, first: int | None, last: int | N
 
 
 def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], reading: Reading) -> None:
-    """Write a bag with a progress bar; print how its frames were read, and doubts about that."""
-    evidence = Evidence()
+    """Write a bag with a progress bar; print how its frames were read."""
     with progress_bar("Importing") as progress:
 
         def counted() -> Iterator[Frame]:
             for done, frame in enumerate(frames, 1):
                 yield frame
-                evidence.add(frame)
                 progress(done, len(stamps_ns))
 
         write_bag(out, counted(), stamps_ns)
     _print_place(len(stamps_ns), out)
-    for sentence in (reading, *(evidence.doubts() if reading == SYNDRONE else ())):
-        print(sentence, file=sys.stderr)
+    print(reading, file=sys.stderr)
 
 
 def _print_place(frames: int, out: Path) -> None:
@@ -306,6 +302,6 @@ def _bag_text(contents: BagStatistics) -> str:
     )
     if contents.unlabelled:
         lines.append(_unlabelled_text(contents.unlabelled, contents.frames))
-    lines += [str(SYNDRONE), *contents.doubts]
+    lines.append(str(SYNDRONE))
     lines += [f"  {name:14}{share:8.3%}" for name, share in contents.classes.items()]
     return "\n".join([*lines, f"  {'(no class)':14}{contents.ignored:8.3%}"])

@@ -2,7 +2,7 @@
 
 from sunset.data.bag import TOPICS, BagReader, read_bag, write_bag
 from sunset.data.bag_statistics import BagStatistics, bag_statistics
-from sunset.data.conventions import DEPTH_UNITS, IDS, SYNDRONE, Evidence, Reading
+from sunset.data.conventions import DEPTH_UNITS, IDS, SYNDRONE, Reading
 from sunset.data.flight import (
     DEFAULT_FLIGHT,
     RENDERING,
@@ -40,7 +40,6 @@ __all__ = [
     "WEATHERS",
     "BagReader",
     "BagStatistics",
-    "Evidence",
     "FlightPlan",
     "Frame",
     "PictureFolder",

@@ -61,7 +61,7 @@ class NodeProcesses:
         if not self._server.is_running:  # it was killed
             self._server = node_server()
         task = {"spec": asdict(self._specs[node]), "environment": self._environment}
-        process = self._server.start(task, grace_s=_GRACE_S)
+        process = self._server.start(task)
         self._ended.pop(node, None)
         self._running[node] = process
         lines: deque[str] = deque(maxlen=_LAST_LINES)

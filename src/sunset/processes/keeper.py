@@ -32,8 +32,9 @@ OUT_OF_MEMORY: Final = "MemoryError"
 """What a process writes to `Files.dying` where its exit code does not say why it ended."""
 
 _LENGTH: Final = struct.Struct("<q")
-_LIMITS_S: Final = {bytes([signal.SIGKILL]): 0.0, bytes([signal.SIGABRT]): 1.0}
-"""Order → how long the process may go on; upon SIGABRT it writes where it hangs."""
+_KILL, _ABORT = bytes([signal.SIGKILL]), bytes([signal.SIGABRT])
+_DYING_S: Final = 1.0
+"""How long a process may go on after SIGABRT, upon which it writes where it hangs."""
 
 Entry = Callable[[socket.socket, Any], object]
 """The function that a process runs, with its socket and its task."""
@@ -89,22 +90,22 @@ def keep(function: Entry, files: Files, prepare: Preparation, kept: Collection[i
             _run(function, files, prepare, kept)
         _close_connections({files.keeper, ended.fileno(), noted.fileno()})
         with socket.socket(fileno=files.keeper) as user:
-            order = receive_document(user)
+            folder = receive_document(user)
             with suppress(OSError):
                 user.send(STATUS.pack(pid))
-            _await_end(pid, user, ended, order["grace_s"])
+            _await_end(pid, user, ended)
             exit_code = _reap(pid)
             with suppress(OSError):
                 user.send(STATUS.pack(exit_code))
-            if order["folder"]:
-                remove_folder(Path(order["folder"]))
+            if folder:
+                remove_folder(Path(folder))
         code = 0
     finally:
         os._exit(code)
 
 
-def _await_end(pid: int, user: socket.socket, ended: socket.socket, grace_s: float) -> None:
-    """Return when a process has ended or must be killed; its user orders signals, or has ended `grace_s` ago."""
+def _await_end(pid: int, user: socket.socket, ended: socket.socket) -> None:
+    """Return when a process has ended or must be killed, since its user has ordered it or has ended."""
     limit_s = math.inf
     poll = select.poll()
     for end in (ended, user):
@@ -117,15 +118,14 @@ def _await_end(pid: int, user: socket.socket, ended: socket.socket, grace_s: flo
             if os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None:
                 return
         if user.fileno() in ready:
-            try:
+            order = b""
+            with suppress(ConnectionResetError):  # its user has ended, and had not read all
                 order = user.recv(1)
-            except ConnectionResetError:  # its user has ended, and had not read all
-                order = b""
-            if not order:
-                poll.unregister(user)
-            limit_s = min(limit_s, time.monotonic() + _LIMITS_S.get(order, math.inf if order else grace_s))
-            for number in order or (signal.SIGCONT, signal.SIGTERM):
-                _send(pid, number)
+            if order in {b"", _KILL}:
+                return
+            if order == _ABORT:
+                limit_s = time.monotonic() + _DYING_S
+            _send(pid, order[0])
 
 
 def _send(pid: int, number: int) -> None:

@@ -70,7 +70,6 @@ class ForkServer:
         view: "View | None" = None,
         *,
         on_text: Callable[[str], object] = show,
-        grace_s: float = 0.0,
     ) -> Process:
         """Start a process, without waiting for it.
 
@@ -78,13 +77,12 @@ class ForkServer:
             task: of the process, as JSON can hold it.
             view: the paths that a confined process sees; None for a process without walls.
             on_text: as of `open_process`.
-            grace_s: as of `open_process`.
 
         Raises:
             SunsetError: the server has ended.
             OSError: the process's folder cannot be made.
         """
-        process, files = open_process(on_text, has_folder=view is not None, grace_s=grace_s)
+        process, files = open_process(on_text, has_folder=view is not None)
         try:
             try:
                 socket.send_fds(self._door, [b"f"], files)

@@ -199,7 +199,6 @@ def _is_default(card: ModelCard, bag: BagReader) -> bool:
 
 
 def _made_of(card: ModelCard, plan: CurvesPlan, checksum: str, device: str) -> dict[str, str]:
-    """Return everything that thresholds depend on."""
     networks = sorted(card.networks.items())
     return {
         "bag": checksum,
@@ -241,7 +240,6 @@ def _every(frames: int) -> int:
 
 
 def _conditions(plan: CurvesPlan) -> tuple[Condition, ...]:
-    """Return all conditions that thresholds depend on."""
     faults = (plan.before(fault) for fault, _ in plan.points)
     return tuple(dict.fromkeys((*healthy_conditions(plan), *faults)))
 

@@ -103,7 +103,6 @@ def is_known(pixels: Pixels, topic: str) -> bool:
 
 
 def _unpacked(message: CompressedImage, topic: str, place: str) -> Pixels:
-    """Return the picture in a `CompressedImage`."""
     data = message.data.tobytes()
     if topic == "/depth_raw":
         if message.format.startswith("32FC1"):

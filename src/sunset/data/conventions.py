@@ -57,7 +57,6 @@ class Reading:
     depth_unit: str = "counts"
 
     def __str__(self) -> str:
-        """Return the convention as a sentence."""
         unit = {"counts": "counts of 1000 / 65535 m", "mm": "millimetres"}[self.depth_unit]
         return f"Labels are read as {_NAMES[self.ids]}, whole numbers of depth as {unit}."
 

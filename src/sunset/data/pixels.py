@@ -145,7 +145,6 @@ def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
 
 
 def _kind(data: bytes) -> str:
-    """Return the kind of a file by its header."""
     if data.startswith(_JPEG):
         return COLOUR_JPEG
     if data.startswith(_PNG) and len(data) > 25:  # noqa: PLR2004  the header's bit depth and colour type

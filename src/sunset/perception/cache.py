@@ -173,7 +173,6 @@ class InferenceCache:
         return self._connection
 
     def _check_version(self, connection: sqlite3.Connection) -> None:
-        """Check that the file is a cache of this version."""
         (application,) = connection.execute("PRAGMA application_id").fetchone()
         (version,) = connection.execute("PRAGMA user_version").fetchone()
         if (application, version) != (_APPLICATION_ID, _VERSION):

@@ -39,25 +39,19 @@ def find_model(name: str) -> Path | None:
     """Return the folder of an installed model, or None; the package's own models come first.
 
     Raises:
-        ModelError: several distributions offer the model, or its distribution lacks the files.
+        ModelError: the model's distribution lacks the files.
     """
     if name in _shipped():
         return _SHIPPED / name
-    match list(entry_points(group=_GROUP, name=name)):
-        case []:
-            return None
-        case [point]:
-            if (folder := _folder(point)) is None:
-                raise ModelError(
-                    f"The model {name!r} of the installed distribution {_distribution(point)} is broken: expected the "
-                    f"top-level package {point.value!r} with a {CARD_NAME}, found none; install it again."
-                )
+    for point in entry_points(group=_GROUP, name=name):
+        if folder := _folder(point):
             return folder
-        case points:
-            owners = " and ".join(sorted(map(_distribution, points)))
-            raise ModelError(
-                f"The model {name!r} is offered by several installed distributions, {owners}: uninstall all but one."
-            )
+        owner = repr(point.dist.name if point.dist else "?")
+        raise ModelError(
+            f"The model {name!r} of the installed distribution {owner} is broken: expected the "
+            f"top-level package {point.value!r} with a {CARD_NAME}, found none; install it again."
+        )
+    return None
 
 
 def missing_model_error(name: str) -> ModelError:
@@ -93,10 +87,6 @@ def _folder(point: EntryPoint) -> Path | None:
         return None
     places = map(Path, (spec and spec.submodule_search_locations) or ())
     return next((place for place in places if (place / CARD_NAME).is_file()), None)
-
-
-def _distribution(point: EntryPoint) -> str:
-    return repr(point.dist.name if point.dist else "?")
 
 
 DEVICES: Final = ("cpu", "cuda", "auto")

@@ -187,7 +187,6 @@ def _await_answer(process: Process, watch: Watch, limit_s: float) -> bytes:
 
 
 def _result(answer: bytes) -> object:
-    """Return the result in an answer, or raise its error."""
     try:
         outcome: dict[str, Any] = dict(json.loads(answer))
     except (TypeError, ValueError, RecursionError) as error:

@@ -171,7 +171,6 @@ def _close_connections(kept: Collection[int]) -> None:
 
 
 def _run(function: Entry, files: Files, prepare: Preparation, kept: Collection[int]) -> NoReturn:
-    """Prepare this process, and run the function."""
     code, parent = 1, os.getppid()
     try:
         os.setsid()
@@ -206,7 +205,6 @@ def _print_to(file: int) -> None:
 
 
 def _call(function: Entry, connection: socket.socket, task: object, dying: int) -> int:
-    """Call the function of this process; return the exit code."""
     process = os.getpid()
     try:
         function(connection, task)

@@ -146,7 +146,6 @@ def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> 
 
 
 def _pictures(viewed: Sequence[Viewed], progress: Progress | None) -> tuple[PicturesView, list[list[Placed]]]:
-    """Return the pictures of runs, and the places of each run's images."""
     sources, share = [], 0.0
     for view in viewed:
         if view.images is not None:

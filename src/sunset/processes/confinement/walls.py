@@ -148,7 +148,6 @@ def limit_memory() -> None:
 
 
 def _limit_resources() -> None:
-    """Limit the resources of this process and of its children."""
     _lower(resource.RLIMIT_DATA, MEMORY)
     _lower(resource.RLIMIT_FSIZE, _FILE)
     _lower(resource.RLIMIT_NOFILE, _OPEN_FILES)
@@ -174,7 +173,6 @@ def _tasks() -> int:
 
 @cache
 def _needed() -> tuple[Path, ...]:
-    """Return the paths that Python and programs need."""
     programs = Path("/etc").glob("java-*")  # Debian's configuration of Java
     places = dict.fromkeys([*map(Path, _SYSTEM), *programs, *PACKAGES.values(), *_python()])
     # this user may not be allowed into the home of the interpreter's owner

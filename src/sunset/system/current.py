@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset.errors import ExtensionError, ScenarioError
-from sunset.files.sources import is_edited
+from sunset.files.inputs import file_digest
 from sunset.system.checks import check_extension, check_system
 from sunset.system.description import Fault
 from sunset.system.extension import Extension, Suite, names_in_suite
@@ -63,7 +63,7 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
     is_file = str(where).endswith(".py") or Path(where).is_file()
     place = str(Path(where).resolve()) if is_file else str(where)
     known = next((loaded for loaded in loaded_extensions() if loaded.where == place), None)
-    if known and is_file and not checksum and is_edited(Path(place)):
+    if known and is_file and not checksum and file_digest(Path(place)) != known.checksum:
         raise ExtensionError(
             f"The extension {where} was edited after it was loaded: load it in a new process."
         )

@@ -13,8 +13,9 @@ from tempfile import mkdtemp
 
 import pytest
 
-from sunset.processes.confinement import View, confinement_report, landlock, walls
+from sunset.processes.confinement import landlock, walls
 from sunset.processes.confinement.seccomp import can_filter_calls, filter_program
+from sunset.processes.confinement.walls import View, confinement_report
 
 pytestmark = [
     pytest.mark.skipif(not landlock.landlock_version(), reason="this system has no Landlock"),

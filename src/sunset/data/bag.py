@@ -31,11 +31,10 @@ from sunset.data.bag_images import (
     is_known,
     serialized,
 )
-from sunset.data.bag_paths import REMEDY, check_bag_path, translated
+from sunset.data.bag_paths import REMEDY, check_bag_path, connections_of, reopened, translated
 from sunset.data.conventions import SYNDRONE, Reading
 from sunset.data.pixels import dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
-from sunset.files.bags import connections_of, open_bag, reopened
 from sunset.files.image_digests import Pixels, remember_digest
 from sunset.files.outputs import flush, unwritable
 from sunset_ros.interfaces import message_definition, type_hash
@@ -329,7 +328,8 @@ def read_bag(path: Path, *, size: tuple[int, int] | None = None, reading: Readin
     """
     with translated(path):
         check_bag_path(path)
-        reader = open_bag(path)
+        reader = Reader(path.absolute())  # it is opened again, maybe from another folder
+        reader.open()
         try:
             return BagReader(path, reader, size, reading)
         except BaseException:

@@ -1,12 +1,23 @@
-"""Checks of a bag's path, and the errors of a bag that cannot be read."""
+"""Files of bags: their checks, their errors, and their use by several threads and forked processes."""
 
 import struct
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
+from copy import copy
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+import apsw
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import Reader
+from rosbags.rosbag2.reader import DirectoryReader
+from rosbags.rosbag2.storage_mcap import McapReader
+from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
 from sunset.errors import DataError, shortage
+
+if TYPE_CHECKING:
+    from rosbags.rosbag2.reader import ReaderProtocol
 
 REMEDY: Final = "record, copy or import it again"
 _WITHOUT_METADATA: Final = (
@@ -95,3 +106,39 @@ def translated(path: Path, *, opened: bool = False) -> Iterator[None]:
             ) from error
         remedy = next((remedy for words, remedy in _REMEDIES.items() if words in reason), REMEDY)
         raise DataError(f"The bag {path} cannot be read as a rosbag2: {reason}; {remedy}.") from error
+
+
+def connections_of(reader: Reader) -> list[Connection]:
+    """Return the connections in a bag's metadata and in its files, which may differ in QoS."""
+    bag = reader.storage
+    files = bag.storages if isinstance(bag, DirectoryReader) else []
+    return [*reader.connections, *(connection for file in files for connection in file.connections)]
+
+
+@contextmanager
+def reopened(bag: Reader) -> Iterator[Reader]:
+    """Open the files of an open bag again, for a thread or forked process that must not share their positions.
+
+    Raises:
+        OSError: a file was removed.
+    """
+    own = copy(bag)
+    with ExitStack() as files:
+        if isinstance(bag.storage, DirectoryReader):
+            own.storage = copy(bag.storage)
+            own.storage.storages = [files.enter_context(_reopened(file)) for file in bag.storage.storages]
+        else:
+            own.storage = files.enter_context(_reopened(bag.storage))
+        yield own
+
+
+@contextmanager
+def _reopened(file: "ReaderProtocol") -> "Iterator[ReaderProtocol]":
+    own = copy(file)
+    if isinstance(own, McapReader):
+        with own.path.open("rb") as own.bio:
+            yield own
+    elif isinstance(own, Sqlite3Reader):
+        flags = apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI
+        with closing(apsw.Connection(f"file:{own.path}?immutable=1", flags=flags)) as own.dbconn:
+            yield own

@@ -26,7 +26,7 @@ from sunset.harness.manager_process import ManagerSpec
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import Evidence, RunMetrics, Timeline, score
 from sunset.processes.calls import Watch
-from sunset.processes.confinement import WALLS, missing_walls
+from sunset.processes.confinement.walls import WALLS, missing_walls
 from sunset.processes.workers import Stages
 from sunset.recording import (
     RecordedMessage,

@@ -5,7 +5,6 @@ It ends the process when the user orders it, closes the connection or ends.
 
 import faulthandler
 import io
-import json
 import math
 import os
 import select
@@ -21,9 +20,13 @@ import traceback
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final, NamedTuple, NoReturn
+from typing import Any, Final, NamedTuple, NoReturn, TypeVar
+
+import msgspec
 
 from sunset.processes.forking import adopt_orphans, signal_after_parent
+
+T = TypeVar("T")
 
 STATUS: Final = struct.Struct("<q")
 """A message of the keeper: first the process's number, then its exit code."""
@@ -57,14 +60,14 @@ class Files(NamedTuple):
 
 def send_document(connection: socket.socket, document: object) -> None:
     """Send an object as JSON."""
-    text = json.dumps(document).encode()
+    text = msgspec.json.encode(document)
     connection.sendall(_LENGTH.pack(len(text)) + text)
 
 
-def receive_document(connection: socket.socket) -> Any:
-    """Return the object that the other end sends by `send_document`."""
+def receive_document(connection: socket.socket, kind: type[T]) -> T:
+    """Return the object of a type that the other end sends by `send_document`."""
     (size,) = _LENGTH.unpack(connection.recv(_LENGTH.size, socket.MSG_WAITALL))
-    return json.loads(connection.recv(size, socket.MSG_WAITALL))
+    return msgspec.json.decode(connection.recv(size, socket.MSG_WAITALL), type=kind)
 
 
 def keep(function: Entry, files: Files, prepare: Preparation, kept: Collection[int] = ()) -> NoReturn:
@@ -90,7 +93,7 @@ def keep(function: Entry, files: Files, prepare: Preparation, kept: Collection[i
             _run(function, files, prepare, kept)
         _close_connections({files.keeper, ended.fileno(), noted.fileno()})
         with socket.socket(fileno=files.keeper) as user:
-            folder = receive_document(user)
+            folder = receive_document(user, str)
             with suppress(OSError):
                 user.send(STATUS.pack(pid))
             _await_end(pid, user, ended)

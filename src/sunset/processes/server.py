@@ -16,7 +16,9 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Final, Self
+
+import msgspec
 
 from sunset.files.sources import find_modules, is_installed
 from sunset.processes.forking import ONE_THREAD, signal_after_parent
@@ -24,7 +26,7 @@ from sunset.processes.keeper import Files, keep, receive_document, send_document
 from sunset.processes.process import Process, open_process, server_error, show
 
 if TYPE_CHECKING:
-    from sunset.processes.confinement import View
+    from sunset.processes.confinement.walls import View
 
 _PROGRAM: Final = """
 import sys
@@ -35,6 +37,12 @@ serve(*sys.argv[1:3])
 _PACKAGE: Final = Path(__file__).parents[2]
 _VARIABLES: Final = ("LANG", "LC_ALL", "LC_CTYPE", "TZ", "PYTHONHASHSEED")
 """Variables of the environment that a clean server has, too."""
+
+
+class _Order(msgspec.Struct):
+    task: object
+    folder: str
+    view: dict[str, list[str]] | None
 
 
 class ForkServer:
@@ -89,12 +97,9 @@ class ForkServer:
             finally:
                 for file in files:
                     os.close(file)
-            document = {
-                "task": task,
-                "folder": str(process.folder),
-                "view": None if view is None else view.to_json(),
-            }
-            send_document(process.socket, document)
+            send_document(
+                process.socket, _Order(task, str(process.folder), None if view is None else view.to_json())
+            )
         except OSError as error:
             process.close()
             raise server_error() from error
@@ -170,22 +175,22 @@ def serve(entry: str, prepare: str) -> None:
                 os.close(descriptor)
 
 
-def _imported(place: str) -> Callable[..., Any]:
+def _imported(place: str) -> Callable[..., object]:
     module, _, name = place.partition(":")
-    function: Callable[..., Any] = getattr(importlib.import_module(module), name)
+    function: Callable[..., object] = getattr(importlib.import_module(module), name)
     return function
 
 
 def _prepare(connection: socket.socket) -> object:
     """Receive the task of this process, put up its walls if it has any, and return the task."""
-    document = receive_document(connection)
-    if document["view"] is not None:
-        _confine(Path(document["folder"]), document["view"])
-    return document["task"]
+    order = receive_document(connection, _Order)
+    if order.view is not None:
+        _confine(Path(order.folder), order.view)
+    return order.task
 
 
 def _confine(folder: Path, fields: Mapping[str, list[str]]) -> None:
-    from sunset.processes.confinement import View, put_up  # noqa: PLC0415  only confined processes need it
+    from sunset.processes.confinement.walls import View, put_up  # noqa: PLC0415  only confined processes need it
 
     view = View.from_json(fields)
     os.chdir(folder)

@@ -19,8 +19,7 @@ from sunset.errors import OutputError, RecordError
 from sunset.processes.workers import Progress
 from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions
-from sunset.viewing.collecting import View, run_view
-from sunset.viewing.frames import is_shown
+from sunset.viewing.collecting import View, is_shown, run_view
 from sunset.viewing.pictures import PicturesView, Placed, Source, make_pictures
 from sunset.viewing.words import compared
 from sunset_ros.texts import shorten

@@ -142,11 +142,6 @@ def test_the_report_says_what_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
-def test_a_view_survives_its_way() -> None:
-    view = View(modules=(Path("/a/b.py"),), search=(Path("/a"),), readable=(Path("/c"),))
-    assert View.from_json(view.to_json()) == view
-
-
 def test_all_that_is_beside_a_hidden_folder_stays_readable(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -60,14 +60,15 @@ class Files(NamedTuple):
 
 def send_document(connection: socket.socket, document: object) -> None:
     """Send an object as JSON."""
-    text = msgspec.json.encode(document)
+    text = msgspec.json.encode(document, enc_hook=str)  # paths
     connection.sendall(_LENGTH.pack(len(text)) + text)
 
 
 def receive_document(connection: socket.socket, kind: type[T]) -> T:
     """Return the object of a type that the other end sends by `send_document`."""
     (size,) = _LENGTH.unpack(connection.recv(_LENGTH.size, socket.MSG_WAITALL))
-    return msgspec.json.decode(connection.recv(size, socket.MSG_WAITALL), type=kind)
+    text = connection.recv(size, socket.MSG_WAITALL)
+    return msgspec.json.decode(text, type=kind, dec_hook=lambda kind, path: kind(path))
 
 
 def keep(function: Entry, files: Files, prepare: Preparation, kept: Collection[int] = ()) -> NoReturn:

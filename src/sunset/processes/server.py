@@ -16,17 +16,15 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Final, Self
+from typing import Final, Self
 
 import msgspec
 
 from sunset.files.sources import find_modules, is_installed
+from sunset.processes.confinement.walls import View, put_up
 from sunset.processes.forking import ONE_THREAD, signal_after_parent
 from sunset.processes.keeper import Files, keep, receive_document, send_document
 from sunset.processes.process import Process, open_process, server_error, show
-
-if TYPE_CHECKING:
-    from sunset.processes.confinement.walls import View
 
 _PROGRAM: Final = """
 import sys
@@ -42,7 +40,7 @@ _VARIABLES: Final = ("LANG", "LC_ALL", "LC_CTYPE", "TZ", "PYTHONHASHSEED")
 class _Order(msgspec.Struct):
     task: object
     folder: str
-    view: dict[str, list[str]] | None
+    view: View | None
 
 
 class ForkServer:
@@ -75,7 +73,7 @@ class ForkServer:
     def start(
         self,
         task: object,
-        view: "View | None" = None,
+        view: View | None = None,
         *,
         on_text: Callable[[str], object] = show,
     ) -> Process:
@@ -97,9 +95,7 @@ class ForkServer:
             finally:
                 for file in files:
                     os.close(file)
-            send_document(
-                process.socket, _Order(task, str(process.folder), None if view is None else view.to_json())
-            )
+            send_document(process.socket, _Order(task, str(process.folder), view))
         except OSError as error:
             process.close()
             raise server_error() from error
@@ -189,10 +185,7 @@ def _prepare(connection: socket.socket) -> object:
     return order.task
 
 
-def _confine(folder: Path, fields: Mapping[str, list[str]]) -> None:
-    from sunset.processes.confinement.walls import View, put_up  # noqa: PLC0415  only confined processes need it
-
-    view = View.from_json(fields)
+def _confine(folder: Path, view: View) -> None:
     os.chdir(folder)
     os.umask(0o077)
     os.environ["HOME"] = os.environ["TMPDIR"] = str(folder)

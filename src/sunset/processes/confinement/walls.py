@@ -5,11 +5,11 @@ import resource
 import site
 import sys
 import sysconfig
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Final, Self
+from typing import Final
 
 from sunset.files.sources import PACKAGES, has_libraries
 from sunset.processes.confinement.landlock import landlock_version, restrict_files
@@ -54,15 +54,6 @@ class View:
     """Folders in which modules are looked up before all others; they cannot be listed."""
     readable: tuple[Path, ...] = ()
     """Files that can be read and executed, and folders with all files in them."""
-
-    def to_json(self) -> dict[str, list[str]]:
-        """Return the paths as JSON can hold them."""
-        return {name: list(map(str, paths)) for name, paths in asdict(self).items()}
-
-    @classmethod
-    def from_json(cls, fields: Mapping[str, list[str]]) -> Self:
-        """Return the view of which `to_json` was called."""
-        return cls(**{name: tuple(map(Path, paths)) for name, paths in fields.items()})
 
 
 def missing_walls() -> dict[str, str]:

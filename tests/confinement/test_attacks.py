@@ -191,7 +191,7 @@ def test_it_fills_neither_the_disk_with_one_file_nor_makes_devices(confinement: 
     assert confined(confinement, "making_devices")["got"] == []
 
 
-@pytest.mark.parametrize("name", ["tracing", "signalling", "hindering"])
+@pytest.mark.parametrize("name", ["tracing", "signalling"])
 def test_it_does_nothing_to_other_processes(confinement: ForkServer, bystander: int, name: str) -> None:
     assert confined(confinement, name, pid=bystander)["got"] == []
     assert confined(confinement, name, pid=os.getpid())["got"] == []

@@ -16,8 +16,7 @@ _USERS: Final = 4336
 
 _READ_ANY_FILE: Final = 2
 _OVERRIDE: Final = 1
-_CAPABILITIES: Final = 64
-_KEEP, _DROP_BOUND, _AMBIENT, _RAISE, _CLEAR = 8, 24, 47, 2, 4
+_KEEP, _AMBIENT, _RAISE = 8, 47, 2
 _NO_NEW_PRIVILEGES: Final = 38
 _VERSION: Final = 0x20080522
 
@@ -55,10 +54,6 @@ def drop_root(folder: Path) -> None:
     status = Path("/proc/self/status").read_text(encoding="utf-8")
     permitted = int(status.partition("CapPrm:")[2].split()[0], 16) if os.geteuid() == 0 else 0
     kept = next((1 << number for number in (_READ_ANY_FILE, _OVERRIDE) if permitted >> number & 1), 0)
-    for capability in range(_CAPABILITIES):
-        if not kept >> capability & 1:
-            library.prctl(_DROP_BOUND, capability, 0, 0, 0)
-    library.prctl(_AMBIENT, _CLEAR, 0, 0, 0)
     if os.geteuid() == 0:
         library.prctl(_KEEP, 1, 0, 0, 0)
         user = _FIRST_USER + os.getpid() % _USERS

@@ -53,16 +53,11 @@ _DENIED: Final[Mapping[str, Numbers]] = {
     "fanotify_init": (300, 262),
     # Landlock denies it only from version 3 on
     "truncate": (76, 45),
-    # they slow down other processes of the same user
-    "setpriority": (141, 140),
-    "ioprio_set": (251, 30),
 }
 
 _CLONE, _CLONE3, _SOCKET, _SOCKETPAIR, _PRCTL = (56, 220), (435, 435), (41, 198), (53, 199), (157, 167)
 _SET_SIGNAL_OF_PARENTS_DEATH: Final = 1
 """PR_SET_PDEATHSIG: a process must not outlive its keeper."""
-_OF_A_PROCESS: Final = ((302, 261), (203, 122), (144, 119), (142, 118), (314, 274))
-"""prlimit64, sched_setaffinity, sched_setscheduler, sched_setparam, sched_setattr: denied except for the caller, 0."""
 _NAMESPACES: Final = 0x7E020080  # time, mount, cgroup, UTS, IPC, user, process, network
 _FAMILIES: Final = (2, 10)
 """AF_INET and AF_INET6."""
@@ -137,8 +132,6 @@ def _tests() -> Iterator[tuple[Numbers, list[Instruction]]]:
     # a pair for datagrams could send to any path
     yield _SOCKETPAIR, [_argument(1), (_AND, 0, 0, _TYPE), *_allow_any((_STREAM, _SEQPACKET))]
     yield _PRCTL, [_argument(0), (_EQUAL, 0, 1, _SET_SIGNAL_OF_PARENTS_DEATH), _RETURN_DENY, _RETURN_ALLOW]
-    for numbers in _OF_A_PROCESS:
-        yield numbers, [_argument(0), *_allow_any([0])]
 
 
 def _argument(index: int) -> Instruction:

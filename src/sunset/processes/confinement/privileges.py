@@ -51,8 +51,7 @@ def drop_root(folder: Path) -> None:
     if sys.platform != "linux":
         return
     library = libc()
-    status = Path("/proc/self/status").read_text(encoding="utf-8")
-    permitted = int(status.partition("CapPrm:")[2].split()[0], 16) if os.geteuid() == 0 else 0
+    permitted = _permitted() if os.geteuid() == 0 else 0
     kept = next((1 << number for number in (_READ_ANY_FILE, _OVERRIDE) if permitted >> number & 1), 0)
     if os.geteuid() == 0:
         library.prctl(_KEEP, 1, 0, 0, 0)
@@ -66,6 +65,14 @@ def drop_root(folder: Path) -> None:
     if kept:  # for the programs that it starts, too
         library.prctl(_AMBIENT, _RAISE, kept.bit_length() - 1, 0, 0)
     checked(library.prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0))
+
+
+def _permitted() -> int:
+    data = ctypes.create_string_buffer(24)
+    if libc().capget(struct.pack("=Ii", _VERSION, 0), data) != 0:
+        return 0
+    _, low, _, _, high, _ = struct.unpack("=6I", data.raw)
+    return int(low) | int(high) << 32
 
 
 def _set_capabilities(kept: int) -> None:

@@ -68,7 +68,9 @@ def receive_document(connection: socket.socket, kind: type[T]) -> T:
     """Return the object of a type that the other end sends by `send_document`."""
     (size,) = _LENGTH.unpack(connection.recv(_LENGTH.size, socket.MSG_WAITALL))
     text = connection.recv(size, socket.MSG_WAITALL)
-    return msgspec.json.decode(text, type=kind, dec_hook=lambda kind, path: kind(path))
+    return msgspec.json.decode(
+        text, type=kind, dec_hook=lambda kind, value: Path(value) if kind is Path else value
+    )
 
 
 def keep(function: Entry, files: Files, prepare: Preparation, kept: Collection[int] = ()) -> NoReturn:

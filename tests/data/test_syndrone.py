@@ -146,6 +146,11 @@ FOLDERS: dict[str, tuple[Callable[[Path], None], dict[str, Any], str]] = {
     "height missing": (lambda _: None, {"height": 80}, "height80m, got height50m"),
     "no depth": (_without(*FLIGHT.parts, "depth"), {}, "folder depth, got rgb, semantic; .*120_depth.zip"),
     "no labels": (_without(*FLIGHT.parts, "semantic"), {}, "folder semantic, got rgb, depth; .*_color.zip"),
+    "labels one less": (
+        _without(*FLIGHT.parts, "semantic", "00001.png"),
+        {},
+        "labels of every frame, got 2 of 3; unpack Town01_Opt_120_color.zip",
+    ),
     "one less": (
         _without(*FLIGHT.parts, "depth", "00001.png"),
         {},

@@ -68,6 +68,8 @@ def write_bag(path: Path, frames: Iterable[Frame], stamps_ns: Sequence[int]) -> 
         raise InvalidInputError("A bag's stamps must be from 0 on and strictly increasing, got others.")
     if path.exists():
         raise OutputError(f"The bag {path} cannot be written because it exists: choose another name.")
+    if path.suffix == ".db3" and set("#?%") & set(str(path.absolute())):  # sqlite3 takes a path as a URI
+        raise OutputError(f"A bag in sqlite3 must lie under a path without #, ? and %, got {path}: use MCAP.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".writing-", dir=path.parent) as draft:

@@ -63,7 +63,11 @@ def find_syndrone(
         if not (folder / kind).is_dir():
             others = [other for other in _ARCHIVES if (folder / other).is_dir()]
             _lacks(folder, f"the folder {kind}", others, _unpack(name, kind))
-    return find_pictures(folder, first=first, last=last, labels="semantic")
+    flight = find_pictures(folder, first=first, last=last, labels="semantic")
+    if flight.unlabelled:
+        labelled = f"{len(flight) - flight.unlabelled} of {len(flight)}"
+        _lacks(folder, "the labels of every frame", [labelled], _unpack(name, "semantic"))
+    return flight
 
 
 def _unpack(town: str, *folders: str) -> str:

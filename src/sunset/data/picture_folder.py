@@ -94,18 +94,7 @@ def find_pictures(
         DataError: a folder is missing, has no pictures or two of the same name, names differ between folders or are in
             another order as decimal numbers, or wanted frames are missing.
     """
-    folders = ("rgb", "depth", labels)
-    if not folder.is_dir():
-        raise DataError(
-            f"There is no folder {folder}: give the one that holds the folders {', '.join(folders)}."
-        )
-    for name in folders[:2]:
-        if not (folder / name).is_dir():
-            raise DataError(
-                f"The folder {folder} must hold the folders {', '.join(folders)}, got no {name}; "
-                "put the pictures of the three kinds into one each, and leave out labels if there are none."
-            )
-    pictures = {name: _pictures(folder / name) for name in folders if (folder / name).is_dir()}
+    pictures = _folders_of_pictures(folder, ("rgb", "depth", labels))
     names = sorted(set().union(*pictures.values()), key=_order)
     for name, own in pictures.items():
         if missing := [stem for stem in names if stem not in own and name != labels]:
@@ -123,6 +112,20 @@ def find_pictures(
         )
     frames = (tuple(own[stem] for own in pictures.values() if stem in own) for stem in names[low : high + 1])
     return PictureFolder(folder, tuple(frames))
+
+
+def _folders_of_pictures(folder: Path, names: Sequence[str]) -> dict[str, dict[str, Path]]:
+    if not folder.is_dir():
+        raise DataError(
+            f"There is no folder {folder}: give the one that holds the folders {', '.join(names)}."
+        )
+    for name in names[:2]:
+        if not (folder / name).is_dir():
+            raise DataError(
+                f"The folder {folder} must hold the folders {', '.join(names)}, got no {name}; "
+                "put the pictures of the three kinds into one each, and leave out labels if there are none."
+            )
+    return {name: _pictures(folder / name) for name in names if (folder / name).is_dir()}
 
 
 def _pictures(folder: Path) -> dict[str, Path]:

@@ -43,8 +43,7 @@ def find_syndrone(
     Raises:
         DataError: the flight, a folder or a wanted frame is missing.
     """
-    name = town.zfill(2).upper()
-    name = "10HD" if name == "10" else name
+    name = "10HD" if town == "10" else town.zfill(2).upper()
     if name not in TOWNS:
         raise DataError(f"SynDrone has the towns 1 to 7 and 10HD, got {town!r}.")
     if not root.is_dir():
@@ -52,22 +51,26 @@ def find_syndrone(
     home = root / f"Town{name}_Opt_120"
     if not home.is_dir():
         _lacks(root, home.name, [child.name for child in _folders(root, _TOWN).values()], _unpack(name))
-    chosen = weather or _only_weather(home)
-    if not (home / chosen).is_dir():
-        _lacks(home, f"the weather {chosen}", _weathers(home), "choose another --weather")
-    folder = home / chosen / f"height{height}m"
-    if not folder.is_dir():
-        heights = [child.name for child in _folders(home / chosen, _HEIGHT).values()]
-        _lacks(home / chosen, folder.name, heights, "choose another --height")
+    folder = _height_folder(home, weather or _only_weather(home), height)
+    present = [kind for kind in _ARCHIVES if (folder / kind).is_dir()]
     for kind in _ARCHIVES:
-        if not (folder / kind).is_dir():
-            others = [other for other in _ARCHIVES if (folder / other).is_dir()]
-            _lacks(folder, f"the folder {kind}", others, _unpack(name, kind))
+        if kind not in present:
+            _lacks(folder, f"the folder {kind}", present, _unpack(name, kind))
     flight = find_pictures(folder, first=first, last=last, labels="semantic")
     if flight.unlabelled:
         labelled = f"{len(flight) - flight.unlabelled} of {len(flight)}"
         _lacks(folder, "the labels of every frame", [labelled], _unpack(name, "semantic"))
     return flight
+
+
+def _height_folder(home: Path, weather: str, height: int) -> Path:
+    if not (home / weather).is_dir():
+        _lacks(home, f"the weather {weather}", _weathers(home), "choose another --weather")
+    folder = home / weather / f"height{height}m"
+    if not folder.is_dir():
+        heights = [child.name for child in _folders(home / weather, _HEIGHT).values()]
+        _lacks(home / weather, folder.name, heights, "choose another --height")
+    return folder
 
 
 def _unpack(town: str, *folders: str) -> str:

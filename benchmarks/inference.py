@@ -269,9 +269,7 @@ def rows(model: Model, modality: Modality, threads: Iterable[int], rounds: int) 
             times = seconds(opened(path, inputs, many), rounds)
             yield Row(engine, f"{many} thread(s)", times, todo, many)
         yield Row(engine, "2 processes", together(engine, path, inputs, rounds), todo, 2)
-    for many in threads:
-        times = seconds(partial(answer, Segmenter(model, threads=many)), rounds)
-        yield Row("Segmenter", f"{many} thread(s)", times, todo, many)
+    yield Row("Segmenter", "1 thread(s)", seconds(partial(answer, Segmenter(model)), rounds), todo, 1)
 
 
 def batch_rows(

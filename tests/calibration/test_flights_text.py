@@ -1,8 +1,7 @@
 import msgspec
 
 from sunset.calibration import FlightThresholds
-from sunset.calibration.flight import OF_CARD
-from sunset.calibration.flights_text import flights_text
+from sunset.calibration.flight import OF_CARD, flights_text
 
 GOOD = FlightThresholds(
     entropy_threshold=0.1,

@@ -216,19 +216,6 @@ def test_info_tells_what_a_folder_of_syndrone_holds(
     assert line.split() == ["10HD", "WetNoon", "20", "m", "2", "0", "1"]
 
 
-def test_an_import_tells_of_frames_that_all_folders_lack(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for number in (0, 1, 4):
-        put_frame(tmp_path / "syndrone" / FLIGHT, number)
-    assert (
-        main(["data", "import", "--syndrone", str(tmp_path / "syndrone"), "--out", str(tmp_path / "bag")])
-        == 0
-    )
-    told = capsys.readouterr().err
-    assert "lacks frames for 2 of the numbers from 00000 to 00004: the flight jumps there." in told
-
-
 def test_an_import_tells_of_images_without_a_partner(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

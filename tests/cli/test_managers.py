@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
-from sunset.processes.confinement import confinement_report
+from sunset.processes.confinement.walls import confinement_report
 
 pytestmark = pytest.mark.usefixtures("flight")
 

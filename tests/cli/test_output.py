@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from sunset.cli import main
-from sunset.processes.confinement import missing_walls, walls
+from sunset.processes.confinement import walls
+from sunset.processes.confinement.walls import missing_walls
 
 pytestmark = pytest.mark.usefixtures("flight")
 

@@ -435,21 +435,6 @@ def signalling(pid: int) -> object:
 
 
 @attack
-def hindering(pid: int) -> object:
-    import resource  # noqa: PLC0415  beside what needs it
-
-    return _first(
-        [
-            lambda: bool(resource.prlimit(pid, resource.RLIMIT_NOFILE)),
-            lambda: _done(os.setpriority, os.PRIO_PROCESS, pid, 5),
-            lambda: _done(os.sched_setaffinity, pid, os.sched_getaffinity(0)),
-            lambda: _done(os.sched_setscheduler, pid, os.SCHED_BATCH, os.sched_param(0)),
-            lambda: _call((251, 30), 1, pid, 7 | 2 << 13) == 0,
-        ]
-    )
-
-
-@attack
 def escaping() -> object:
     """Leave the process group."""
     return _first(

@@ -1,4 +1,4 @@
-"""Labels and depths of other conventions: read where they are named, and doubted where they are not."""
+"""Labels and depths of other conventions: read where they are named."""
 
 from pathlib import Path
 from typing import Final
@@ -11,7 +11,7 @@ from tests.data.material import put_pictures, record, rows_of
 
 from sunset.classes import CARLA_IDS, CLASS_OF_CARLA_ID, IGNORED
 from sunset.cli import main
-from sunset.data import Evidence, Frame, Reading, read_bag
+from sunset.data import Frame, Reading, read_bag
 from sunset.errors import DataError
 
 NEWER: Final = {
@@ -56,27 +56,6 @@ def test_millimetres_become_counts_and_unknown_ones_the_largest() -> None:
     millimetres = np.array([[0, 1000, 50_000, 65_535]], np.uint16)
     assert Reading(depth_unit="mm").depth(millimetres).tolist() == [[65_535, 66, 3277, 65_535]]
     assert Reading().depth(millimetres) is millimetres
-
-
-@pytest.mark.parametrize(("convert", "name"), [(as_newer, "carla"), (as_classes, "classes"), (np.copy, "")])
-@pytest.mark.parametrize("vehicles", [True, False])
-def test_ids_of_another_convention_are_doubted(
-    seen: list[Frame], convert: object, name: str, *, vehicles: bool
-) -> None:
-    evidence = Evidence()
-    for frame in seen:
-        known = frame.labels if vehicles else np.where(frame.labels < 23, frame.labels, 7).astype(np.uint8)
-        evidence.add(Frame(frame.rgb, frame.depth, convert(known)))  # type: ignore[operator]
-    assert [f"--ids {name}" in doubt for doubt in evidence.doubts()] == [True] * bool(name)
-
-
-def test_millimetres_of_a_low_flight_are_doubted(seen: list[Frame]) -> None:
-    evidence = Evidence()
-    for frame in seen:
-        millimetres = np.minimum(frame.depth / 0.065535, 65_534).astype(np.uint16)
-        evidence.add(Frame(frame.rgb, millimetres, frame.labels))
-    (doubt,) = evidence.doubts()
-    assert "if the depth is in millimetres, import the recording with --depth-unit mm." in doubt
 
 
 @pytest.mark.parametrize("source", ["--pictures", "--bag"])

@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sunset.data.pairing import pair
+from sunset.data.bag import pair
 
 STAMPS = st.lists(st.integers(0, 10_000), unique=True, min_size=1, max_size=12).map(sorted)
 

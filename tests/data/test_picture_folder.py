@@ -128,8 +128,10 @@ MISTAKES: dict[str, tuple[Callable[[Path], object], str]] = {
         write("labels/a10.png", np.full(SIZE, 99, np.uint8)),
         r"a10\.png must hold SynDrone's label ids .*, got 99",
     ),
-    "a broken picture": (
-        lambda folder: (folder / "rgb" / "a9.png").write_bytes(b"\x89PNG\r\n\x1a\n"),
+    "half a picture": (
+        lambda folder: (folder / "rgb" / "a9.png").write_bytes(
+            (folder / "rgb" / "a9.png").read_bytes()[:100]
+        ),
         r"a9\.png must be a whole picture",
     ),
 }
@@ -185,9 +187,6 @@ def with_names(folder: Path, names: Sequence[str]) -> Path:
         (["1.9", "1.10"], "decimal"),
         (["-2", "-1", "0"], "decimal"),
         (["1e-05", "0.01"], "decimal"),
-        (["9", "a", "10"], "hexadecimal"),
-        (["009", "00a"], "hexadecimal"),
-        (["0x9", "0xa", "0x10"], "hexadecimal"),
     ],
 )
 def test_names_whose_order_is_not_clear_are_refused(names: list[str], kind: str, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 from tests.data.material import FLIGHT, blocks, picture_file, put_frame
 
-from sunset.data import find_syndrone, is_syndrone, survey_syndrone
+from sunset.data import PictureFolder, find_syndrone, is_syndrone, survey_syndrone
 from sunset.errors import DataError
 
 COUNT = 3
@@ -30,10 +30,14 @@ def root(tmp_path: Path, kept: Path) -> Path:
     return tmp_path / "syndrone"
 
 
+def _stems(flight: PictureFolder) -> list[str]:
+    return [files[0].stem for files in flight.files]
+
+
 def test_frames_are_those_of_the_pictures(kept: Path) -> None:
     flight = find_syndrone(kept, town="1", height=50)
-    assert flight.numbers == (0, 1, 2)
-    assert (flight.town, flight.weather, flight.height) == ("01", "ClearNoon", 50)
+    assert _stems(flight) == ["00000", "00001", "00002"]
+    assert flight.folder == kept / FLIGHT
     for number, frame in enumerate(flight.frames((72, 128))):
         colour, depth, labels = blocks(number)
         np.testing.assert_array_equal(frame.depth, depth)
@@ -73,37 +77,22 @@ def test_frames_are_read_a_few_at_a_time(root: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("first", "last", "numbers"),
-    [(None, None, (0, 1, 2)), (1, None, (1, 2)), (None, 1, (0, 1)), (1, 1, (1,)), (2, 2, (2,))],
+    ("first", "last", "stems"),
+    [(1, None, ["00001", "00002"]), (None, 1, ["00000", "00001"]), (1, 1, ["00001"])],
 )
-def test_a_part_can_be_chosen(
-    kept: Path, first: int | None, last: int | None, numbers: tuple[int, ...]
-) -> None:
-    assert find_syndrone(kept, town="01", height=50, first=first, last=last).numbers == numbers
-
-
-def test_a_part_may_be_chosen_that_is_complete(root: Path) -> None:
-    (root / FLIGHT / "semantic" / "00000.png").unlink()
-    assert find_syndrone(root, town="1", height=50, first=1).numbers == (1, 2)
-
-
-def test_a_part_must_be_all_there(root: Path) -> None:
-    for name in ("rgb/00001.jpg", "depth/00001.png", "semantic/00001.png"):
-        (root / FLIGHT / name).unlink()
-    with pytest.raises(DataError, match=r"every chosen frame in all three folders, .* lacks 00001;"):
-        find_syndrone(root, town="1", height=50, first=0, last=2)
-    assert find_syndrone(root, town="1", height=50).numbers == (0, 2)
+def test_a_part_can_be_chosen(kept: Path, first: int | None, last: int | None, stems: list[str]) -> None:
+    assert _stems(find_syndrone(kept, town="01", height=50, first=first, last=last)) == stems
 
 
 @pytest.mark.parametrize("town", ["10", "10HD", "10hd"])
 def test_the_tenth_town_has_a_name_of_its_own(root: Path, town: str) -> None:
     (root / "Town01_Opt_120").rename(root / "Town10HD_Opt_120")
-    assert find_syndrone(root, town=town, height=50).town == "10HD"
+    assert find_syndrone(root, town=town, height=50).folder.parts[-3] == "Town10HD_Opt_120"
 
 
 def test_a_weather_is_named_where_there_are_several(root: Path) -> None:
     shutil.copytree(root / FLIGHT, root / "Town01_Opt_120" / "HardRainNoon" / "height50m")
-    assert find_syndrone(root, town="1", height=50, weather="HardRainNoon").weather == "HardRainNoon"
+    assert find_syndrone(root, town="1", height=50, weather="HardRainNoon").folder.parts[-2] == "HardRainNoon"
     with pytest.raises(DataError, match="got ClearNoon, HardRainNoon; name one with --weather"):
         find_syndrone(root, town="1", height=50)
 
@@ -113,7 +102,7 @@ def test_other_files_are_passed_over(root: Path) -> None:
     (root / FLIGHT / "lidar").mkdir()
     (root / "Town01_Opt_120" / "bboxes").mkdir()
     (root / "readme.txt").write_text("x")
-    assert find_syndrone(root, town="1", height=50).numbers == (0, 1, 2)
+    assert len(find_syndrone(root, town="1", height=50)) == 3
 
 
 def test_a_survey_counts_what_is_there(root: Path) -> None:
@@ -157,15 +146,18 @@ FOLDERS: dict[str, tuple[Callable[[Path], None], dict[str, Any], str]] = {
     "height missing": (lambda _: None, {"height": 80}, "height80m, got height50m"),
     "no depth": (_without(*FLIGHT.parts, "depth"), {}, "folder depth, got rgb, semantic; .*120_depth.zip"),
     "no labels": (_without(*FLIGHT.parts, "semantic"), {}, "folder semantic, got rgb, depth; .*_color.zip"),
+    "labels one less": (
+        _without(*FLIGHT.parts, "semantic", "00001.png"),
+        {},
+        "labels of every frame, got 2 of 3; unpack Town01_Opt_120_color.zip",
+    ),
     "one less": (
         _without(*FLIGHT.parts, "depth", "00001.png"),
         {},
         "got 3 in rgb, 2 in depth, 3 in semantic, and depth lacks 00001",
     ),
-    "none": (_empty, {}, "must hold frames such as rgb/00000.jpg.* got none"),
-    "none chosen": (lambda _: None, {"first": 5, "last": 9}, "from 00005 to 00009, got 00000 to 00002"),
-    "some chosen": (lambda _: None, {"first": 1, "last": 10**9}, "to 1000000000, got 00000 to 00002"),
-    "backwards": (lambda _: None, {"first": 2, "last": 1}, "from 00002 to 00001"),
+    "none": (_empty, {}, "rgb must hold pictures in .* got nothing"),
+    "none chosen": (lambda _: None, {"first": 5, "last": 9}, "has frames 0 to 2, got --frames from 5 to 9"),
 }
 
 
@@ -203,11 +195,6 @@ PICTURES: dict[str, tuple[str, bytes, str]] = {
         picture_file(_plain((1080, 1920), np.uint8), ".jpg"),
         "got 8-bit greyscale JPEG",
     ),
-    "PNG for JPEG": (
-        "rgb/00001.jpg",
-        picture_file(_plain((1080, 1920, 3), np.uint8), ".png"),
-        "got 8-bit colour PNG",
-    ),
     "impossible ids": (
         "semantic/00001.png",
         picture_file(_plain((1080, 1920), np.uint8, 57), ".png"),
@@ -216,12 +203,12 @@ PICTURES: dict[str, tuple[str, bytes, str]] = {
     "small": (
         "rgb/00001.jpg",
         picture_file(_plain((720, 1280, 3), np.uint8), ".jpg"),
-        "size, 1920x1080, got 1280x720",
+        "size of the flight's first colour picture, 1920x1080, got 1280x720",
     ),
     "small labels": (
         "semantic/00001.png",
         picture_file(_plain((720, 1280), np.uint8), ".png"),
-        "size, 1920x1080, got 1280x720",
+        "size of the flight's first colour picture, 1920x1080, got 1280x720",
     ),
     "empty": ("depth/00001.png", b"", "got no data"),
     "no picture": ("rgb/00001.jpg", b"<html>404</html>", "got neither JPEG nor PNG"),
@@ -250,32 +237,3 @@ def test_a_truncated_picture_is_refused(name: str, root: Path) -> None:
     with pytest.raises(DataError, match="a damaged one: it ends before the picture does") as caught:
         list(find_syndrone(root, town="1", height=50).frames())
     assert str(path) in str(caught.value)
-
-
-def test_a_folder_for_a_file_is_refused(root: Path) -> None:
-    path = root / FLIGHT / "depth" / "00000.png"
-    path.unlink()
-    path.mkdir()
-    with pytest.raises(DataError, match=r"00000\.png cannot be read: Is a directory; unpack"):
-        list(find_syndrone(root, town="1", height=50).frames())
-
-
-@pytest.mark.parametrize(
-    ("folder", "old", "new"),
-    [("rgb", ".jpg", ".png"), ("rgb", ".jpg", ".JPG"), ("rgb", ".jpg", ".jpeg"), ("depth", ".png", ".PNG")],
-)
-def test_a_picture_under_another_suffix_is_named(folder: str, old: str, new: str, root: Path) -> None:
-    for path in (root / FLIGHT / folder).iterdir():
-        path.rename(path.with_suffix(new))
-    with pytest.raises(
-        DataError, match=rf"{folder} must hold files such as 00000\{old}, got 00000\{new}: SynDrone's"
-    ):
-        find_syndrone(root, town="1", height=50)
-
-
-def test_frames_that_all_folders_lack_are_counted(root: Path) -> None:
-    assert find_syndrone(root, town="1", height=50).gaps == 0
-    for name, suffix in (("rgb", "jpg"), ("depth", "png"), ("semantic", "png")):
-        (root / FLIGHT / name / f"00001.{suffix}").unlink()
-    flight = find_syndrone(root, town="1", height=50)
-    assert (flight.numbers, flight.gaps) == ((0, 2), 1)

@@ -3,10 +3,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-import pytest
-
 from sunset.evaluation.report import render_runs
-from sunset.texts.sentences import csv_text
 
 Store = Callable[..., Path]
 
@@ -30,14 +27,3 @@ def test_a_row_says_how_long_was_measured_and_on_what(store: Store, tmp_path: Pa
     names = ("model", "duration_s", "bag_looped", "bag_checksum")
     assert [row[name] for name in names] == ["lite", 24.0, True, "3c" * 32]
     assert [line[name] for name in names] == ["lite", "24.0", "true", "3c" * 32]
-
-
-@pytest.mark.parametrize("first", "\t\r")
-def test_csv_has_no_cell_that_begins_with_what_a_spreadsheet_skips(first: str) -> None:
-    assert csv_text([[f"{first}=1+1"]]) in {f"'{first}=1+1\n", f'"\'{first}=1+1"\n'}
-
-
-def test_csv_has_no_cell_that_a_spreadsheet_computes(store: Store, tmp_path: Path) -> None:
-    store("run", manager="=1+1", valid=False, reason="@SUM(A1)")
-    (line,) = csv.DictReader(render_runs(tmp_path, "csv").splitlines())
-    assert (line["manager"], line["reason"]) == ("'=1+1", "'@SUM(A1)")

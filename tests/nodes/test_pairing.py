@@ -3,14 +3,14 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sunset.nodes.pairing import PairMatcher
+from sunset.nodes.sensor_fusion import PairMatcher
 
 TOLERANCE = 10
 
 
 def feed(*arrivals: tuple[str, int]) -> list[tuple[int, int]]:
     """Feed a fresh matcher with ("l" or "r", stamp); return the pairs of stamps in the order they came."""
-    matcher: PairMatcher[int, int] = PairMatcher()
+    matcher: PairMatcher[int] = PairMatcher()
     pairs = []
     for side, stamp in arrivals:
         add = matcher.add_left if side == "l" else matcher.add_right
@@ -50,7 +50,7 @@ def test_items_may_arrive_out_of_order() -> None:
 
 
 def test_items_without_a_partner_are_forgotten() -> None:
-    matcher: PairMatcher[int, int] = PairMatcher(size=3)
+    matcher: PairMatcher[int] = PairMatcher(size=3)
     for stamp in range(0, 10_000, 100):
         assert matcher.add_left(stamp, stamp, tolerance=TOLERANCE) is None
     assert len(matcher._left.waiting) == 3
@@ -59,7 +59,7 @@ def test_items_without_a_partner_are_forgotten() -> None:
 
 
 def test_items_of_a_far_future_do_not_crowd_out_the_present() -> None:
-    matcher: PairMatcher[int, int] = PairMatcher(size=3)
+    matcher: PairMatcher[int] = PairMatcher(size=3)
     for stamp in range(10**9, 10**9 + 1000, 100):
         assert matcher.add_left(stamp, stamp, tolerance=TOLERANCE) is None
     assert matcher.add_left(5, 5, tolerance=TOLERANCE) is None
@@ -67,7 +67,7 @@ def test_items_of_a_far_future_do_not_crowd_out_the_present() -> None:
 
 
 def test_a_stream_can_be_forgotten_without_forgetting_what_was_given() -> None:
-    matcher: PairMatcher[str, str] = PairMatcher()
+    matcher: PairMatcher[str] = PairMatcher()
     matcher.add_left(0, "old", tolerance=TOLERANCE)
     assert matcher.add_right(0, "depth", tolerance=TOLERANCE) == ("old", "depth")
     matcher.add_left(100, "old", tolerance=TOLERANCE)
@@ -78,7 +78,7 @@ def test_a_stream_can_be_forgotten_without_forgetting_what_was_given() -> None:
 
 
 def test_after_a_reset_old_stamps_are_taken_again() -> None:
-    matcher: PairMatcher[int, int] = PairMatcher()
+    matcher: PairMatcher[int] = PairMatcher()
     for _ in range(2):
         assert matcher.add_left(5, 5, tolerance=TOLERANCE) is None
         assert matcher.add_right(5, 5, tolerance=TOLERANCE) == (5, 5)

@@ -71,14 +71,6 @@ def test_a_broken_entry_point_is_said_in_a_sentence(value: str, install: Install
         load_model("heavy")
 
 
-def test_a_name_that_two_distributions_offer_is_nobodys(install: Install) -> None:
-    install("first-model")
-    install("second-model")
-
-    with pytest.raises(ModelError, match="'first-model' and 'second-model': uninstall all but one"):
-        load_model("heavy")
-
-
 def test_a_broken_one_does_not_hide_the_others(install: Install, capfd: pytest.CaptureFixture[str]) -> None:
     install()
 

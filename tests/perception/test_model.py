@@ -149,31 +149,6 @@ def test_weights_that_a_network_names_in_a_longer_encoding_are_refused(
 
 
 @pytest.mark.thorough
-def test_weights_in_a_branch_are_refused(
-    copied: Path, with_network: Callable[[bytes], Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    onnx = pytest.importorskip("onnx")
-    (copied / "secret.bin").write_bytes(bytes(16))
-    monkeypatch.chdir(copied)
-    kind = onnx.TensorProto.FLOAT
-    weights = onnx.TensorProto(name="w", data_type=kind, dims=[4], data_location=onnx.TensorProto.EXTERNAL)
-    weights.external_data.add(key="location", value="secret.bin")
-    helper = onnx.helper
-    output = [helper.make_tensor_value_info("z", kind, [4])]
-    branch = helper.make_graph([helper.make_node("Identity", ["w"], ["z"])], "branch", [], output, [weights])
-    choice = helper.make_node("If", ["c"], ["y"], then_branch=branch, else_branch=branch)
-    graph = helper.make_graph(
-        [choice],
-        "graph",
-        [helper.make_tensor_value_info("c", onnx.TensorProto.BOOL, [])],
-        [helper.make_tensor_value_info("y", kind, [4])],
-    )
-    network = helper.make_model(graph, ir_version=9, opset_imports=[helper.make_opsetid("", 18)])
-    with pytest.raises(ModelError, match=r"rgb\.onnx is no ONNX model that can be run: .*secret\.bin"):
-        load_model(with_network(network.SerializeToString())).session(Modality.RGB)
-
-
-@pytest.mark.thorough
 def test_a_file_exchanged_after_the_model_was_loaded_is_told_from_the_card(
     with_network: Callable[[bytes], Path],
 ) -> None:
@@ -182,16 +157,6 @@ def test_a_file_exchanged_after_the_model_was_loaded_is_told_from_the_card(
     (folder / "rgb.onnx").write_bytes(b"another one")
     with pytest.raises(ModelError, match=r"The file .*rgb\.onnx is not the one on the model's card"):
         model.session(Modality.RGB)
-
-
-def test_a_shared_file_has_one_checksum(copied: Path) -> None:
-    card = ModelCard.read(copied / "card.json")
-    network = replace(card.networks[Modality.DEPTH], data={"rgb.bin": "0" * 64})
-    replace(card, networks={**card.networks, Modality.DEPTH: network}).write(copied)
-    with pytest.raises(
-        ModelError, match=r"The card of the model 'lite' gives two checksums for the file 'rgb\.bin'\."
-    ):
-        load_model(copied)
 
 
 def test_weights_cut_short_are_refused_though_the_card_has_their_checksum(copied: Path) -> None:
@@ -209,18 +174,6 @@ def test_what_is_no_network_is_refused(with_network: Callable[[bytes], Path], co
     model = load_model(with_network(content))
     with pytest.raises(ModelError, match=r"The network .*rgb\.onnx (is no ONNX model|must take|lacks)"):
         model.session(Modality.RGB)
-
-
-@pytest.mark.parametrize("operator", ["Loop", "Scan"])
-def test_a_network_that_could_work_for_ever_is_refused(
-    operator: str, with_network: Callable[[bytes], Path]
-) -> None:
-    onnx = pytest.importorskip("onnx")
-    inner = onnx.helper.make_graph([], "inner", [], [])
-    node = onnx.helper.make_node(operator, ["times"], ["y"], body=inner)
-    network = onnx.helper.make_model(onnx.helper.make_graph([node], "graph", [], []))
-    with pytest.raises(ModelError, match=f"must not have the operator {operator}, whose work has no bounds"):
-        load_model(with_network(network.SerializeToString())).session(Modality.RGB)
 
 
 def test_a_network_cut_short_is_refused(with_network: Callable[[bytes], Path], lite: Model) -> None:

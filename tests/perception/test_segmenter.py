@@ -113,17 +113,6 @@ def test_the_bits_of_an_answer_do_not_depend_on_the_process(tmp_path: Path, fram
         assert sorted(answers[0]) == sorted(answers[1])
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("name", list_models())
-def test_several_threads_answer_nearly_as_one_does(name: str, frame: Frame) -> None:
-    model = load_model(name)
-    one, four = Segmenter(model), Segmenter(model, threads=4)
-    for modality in model.card.networks:
-        answers = one.segment(modality, *frame), four.segment(modality, *frame)
-        assert (answers[0].labels == answers[1].labels).mean() > 0.999
-        assert answers[0].entropy == pytest.approx(answers[1].entropy, abs=1e-4)
-
-
 def test_a_network_is_warmed_up_by_all_that_segmenting_runs(
     tmp_path: Path, lite: Model, frame: Frame, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -205,11 +194,6 @@ def test_a_depth_of_another_type_is_refused(lite: Model, frame: Frame) -> None:
         Segmenter(lite).segment(Modality.DEPTH, None, wrong)  # type: ignore[arg-type]
 
 
-def test_no_threads_are_refused(lite: Model) -> None:
-    with pytest.raises(ModelError, match="must be at least 1, got 0"):
-        Segmenter(lite, threads=0)
-
-
 def test_an_unknown_device_is_refused(lite: Model) -> None:
     with pytest.raises(InvalidInputError, match=r"must be one of cpu, cuda, auto, got 'gpu'\."):
         Segmenter(lite, device="gpu")
@@ -227,9 +211,3 @@ def test_a_device_that_is_not_there_is_refused_and_auto_does_without(lite: Model
     chosen = Segmenter(lite, device="auto")
     assert chosen.device == "cpu"
     assert bits(chosen, *frame) == bits(Segmenter(lite), *frame)
-
-
-def test_answers_of_several_threads_are_not_kept(tmp_path: Path, lite: Model, frame: Frame) -> None:
-    cache = InferenceCache(tmp_path / "cache.sqlite")
-    Segmenter(lite, threads=2, cache=cache).segment(Modality.RGB, *frame)
-    assert len(cache) == 0

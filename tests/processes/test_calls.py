@@ -175,15 +175,6 @@ def test_a_caller_without_streams_gets_what_a_call_returns(
     assert call_isolated(lambda _: "done", limit_s=30) == "done"
 
 
-def test_no_pipe_takes_the_place_of_a_stream_that_is_closed() -> None:
-    program = (
-        "import os; from sunset.processes.calls import call_isolated; os.closerange(0, 3);"
-        "os._exit(call_isolated(lambda _: 7, limit_s=30))"
-    )
-
-    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 7
-
-
 def test_it_is_told_whose_code_ended_the_process() -> None:
     def end(watch: Watch) -> None:
         watch.running = "a node"

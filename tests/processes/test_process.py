@@ -12,7 +12,7 @@ import pytest
 
 from sunset.errors import SunsetError
 from sunset.files.sources import modules_beside
-from sunset.processes.confinement import View
+from sunset.processes.confinement.walls import View
 from sunset.processes.process import Process
 from sunset.processes.server import ForkServer
 
@@ -22,7 +22,7 @@ pytestmark = [
 ]
 
 _PATIENCE_S = 60.0
-PREPARE = "sunset.processes.confinement:prepare"
+PREPARE = "sunset.processes.confinement.walls:prepare"
 
 
 @pytest.fixture(scope="module")
@@ -168,7 +168,7 @@ def test_everything_ends_with_its_user(number: int) -> None:
     script = f"""
 import os, signal, sys
 from pathlib import Path
-from sunset.processes.confinement import View
+from sunset.processes.confinement.walls import View
 from sunset.processes.server import ForkServer
 server = ForkServer("attacks:attempt", {PREPARE!r}, folder=Path({attacks!r}))
 process = server.start({{"name": "daemon"}}, View())

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -102,34 +101,6 @@ def test_a_process_ends_with_its_keeper(server: ForkServer) -> None:
             assert process.join(time.monotonic() + PATIENCE_S)
             assert process.returncode is None
         assert eventually(lambda: not exists(process.pid))
-
-
-ORPHANED = """
-import os, signal, sys
-from sunset.processes.server import ForkServer
-server = ForkServer({entry!r}, {prepare!r}, clean=False)
-process = server.start({code!r}, grace_s=60)
-with process.take_output() as output:
-    output.readline()
-print(process.pid, server.pid, flush=True)
-os.kill(process.pid, signal.SIGSTOP)
-os.kill(server.pid, signal.SIGSTOP)
-os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-def test_a_process_may_leave_in_order_when_its_user_is_killed_even_if_it_is_stopped(tmp_path: Path) -> None:
-    left = tmp_path / "left"
-    code = (
-        f"import signal; signal.signal(signal.SIGTERM, lambda *_: (open({str(left)!r}, 'w'), sys.exit()));"
-        f"print('up'); {ENDLESS}"
-    )
-    program = ORPHANED.format(entry=ENTRY, prepare=PREPARE, code=code)
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    pids = [*map(int, done.stdout.split())]
-    assert len(pids) == 2
-    assert eventually(lambda: not any(map(exists, pids)))
-    assert left.exists()
 
 
 def test_a_server_that_is_started_ahead_is_shared_until_it_ends(monkeypatch: pytest.MonkeyPatch) -> None:

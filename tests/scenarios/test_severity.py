@@ -7,7 +7,7 @@ import pytest
 
 from sunset.errors import ModelError, ScenarioError
 from sunset.perception import load_model
-from sunset.perception.severities import SEVERITIES_NAME, with_severities
+from sunset.perception.card import SEVERITIES_NAME, with_severities
 from sunset.scenarios import Scenario, ScenarioFault, with_strengths
 from sunset_lab.curves_text import strength_at
 

@@ -15,7 +15,7 @@ from sunset.api.arguments import (
     optional_path,
 )
 from sunset.calibration import FlightThresholds, flight_thresholds
-from sunset.calibration.flights_text import flights_text as thresholds_text
+from sunset.calibration.flight import flights_text as thresholds_text
 from sunset.data import (
     DEFAULT_FLIGHT,
     RENDERING,

@@ -122,7 +122,6 @@ def is_seen(effect: Effect, modality: Modality) -> bool:
 def _apply(
     fault: str, function: ImageFunction, strength: float, images: dict[str, Pixels], rng: np.random.Generator
 ) -> None:
-    """Apply a function of a fault's effect to the image of its sensor."""
     effect = effects()[fault]
     image = images[effect.sensor].view()
     image.flags.writeable = False  # other conditions use it, too

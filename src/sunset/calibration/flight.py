@@ -1,11 +1,11 @@
-"""The thresholds of a model on a flight, and how well they separate healthy from faulty frames.
+"""The thresholds of a model on a flight, and how well they separate healthy from faulty frames, also as text.
 
 An entropy that is high on one flight is usual on another; thresholds therefore belong to a model and a flight. They are
 measured when a flight is first used with a model, and kept beside the flights in the cache folder.
 """
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache, partial
@@ -44,6 +44,7 @@ from sunset.perception import InferenceCache, Model, ModelCard, Segmenter, load_
 from sunset.processes.workers import Progress, spread
 from sunset.system import SAMPLES, LoadedExtension, load_extension, loaded_extensions
 from sunset.texts.sentences import listed
+from sunset.texts.tables import aligned
 from sunset_ros.seeding import generator
 
 AUC: Final = 0.95
@@ -197,7 +198,6 @@ def _is_default(card: ModelCard, bag: BagReader) -> bool:
 
 
 def _made_of(card: ModelCard, plan: CurvesPlan, checksum: str, device: str) -> dict[str, str]:
-    """Return everything that thresholds depend on."""
     networks = sorted(card.networks.items())
     return {
         "bag": checksum,
@@ -239,7 +239,6 @@ def _every(frames: int) -> int:
 
 
 def _conditions(plan: CurvesPlan) -> tuple[Condition, ...]:
-    """Return all conditions that thresholds depend on."""
     faults = (plan.before(fault) for fault, _ in plan.points)
     return tuple(dict.fromkeys((*healthy_conditions(plan), *faults)))
 
@@ -322,3 +321,62 @@ def _quality(plan: CurvesPlan, entropy: Means, threshold: float) -> dict[str, di
         "missed": {fault: under(plan.before(fault)) for fault in unsure},
         "cured": {fault: under(cure) for fault, cure in cures.items() if cure is not None},
     }
+
+
+def flights_text(model: str, flights: Mapping[str, FlightThresholds], held_out: Collection[str]) -> str:
+    """Return tables of thresholds, of healthy windows above them, and of each fault and its cure.
+
+    Args:
+        model: its name.
+        flights: flight → its thresholds; at least one.
+        held_out: the names of flights that neither a training nor a calibration used.
+    """
+    thresholds = [
+        (
+            name,
+            "yes" if name in held_out else "no",
+            f"{each.entropy_threshold:.4f}",
+            f"{each.sharpness_threshold:.4f}",
+        )
+        for name, each in flights.items()
+    ]
+    parts = [
+        "\n".join(aligned([("flight", "held out", "entropy", "sharpness"), *thresholds])),
+        _table("windows without a fault over the threshold, by network", flights, lambda each: each.over),
+        _table("AUC of the entropy, by fault", flights, lambda each: each.auc),
+        _table("windows with a fault that are not over the threshold", flights, lambda each: each.missed),
+        _table("windows after the cheapest cure that are not over it", flights, lambda each: each.cured),
+        "\n".join(_verdicts(model, flights)),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _table(
+    title: str,
+    flights: Mapping[str, FlightThresholds],
+    shares: Callable[[FlightThresholds], Mapping[str, float]],
+) -> str:
+    names = list(dict.fromkeys(name for each in flights.values() for name in shares(each)))
+    rows = [
+        (flight, *(f"{shares(each)[name]:.3f}" if name in shares(each) else "N/A" for name in names))
+        for flight, each in flights.items()
+    ]
+    return "\n".join([f"{title}:", *aligned([("flight", *names), *rows])])
+
+
+def _verdicts(model: str, flights: Mapping[str, FlightThresholds]) -> Iterator[str]:
+    yield (
+        f"On each flight at most {OVER:.0%} of the windows without a fault should be over the threshold, the AUC of "
+        f"each fault {AUC} or more, at most {MISSED:.0%} of the windows with it not over the threshold, and "
+        f"{CURED:.0%} or more of those after its cure."
+    )
+    own = [flight for flight, each in flights.items() if OF_CARD in each.made_of]
+    if own:
+        yield (
+            f"On {listed(own)} runs have the thresholds of the model's card, which were not found on this flight."
+        )
+    beyond = {flight: each.shortfalls() for flight, each in flights.items() if each.shortfalls()}
+    for flight, texts in beyond.items():
+        yield f"Beyond {model} is {flight}: {listed(texts)}."
+    if not beyond:
+        yield f"All of it holds for {model}."

@@ -21,12 +21,10 @@ from sunset.data import (
     TIMES,
     WEATHERS,
     BagStatistics,
-    Evidence,
     FlightPlan,
     Frame,
     PictureFolder,
     Reading,
-    SynDroneFlight,
     default_flight,
     find_pictures,
     find_syndrone,
@@ -114,7 +112,7 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
         type=_span,
         default=(None, None),
         metavar="FIRST:LAST",
-        help="numbers of the first and the last frame: SynDrone's own, else from 0 (default: all)",
+        help="indices of the first and the last frame, from 0 (default: all)",
     )
     parser.add_argument("--rate", type=_rate, default="10", metavar="HZ", help="of the pictures' frames")
     parser.add_argument("--size", type=_size, default="256x144", metavar="WxH", help="in pixels")
@@ -182,17 +180,11 @@ def import_flight(arguments: argparse.Namespace) -> None:
     reading = Reading(arguments.ids, arguments.depth_unit)
     if arguments.bag is None:
         flight = _find_flight(arguments, first, last)
-        if isinstance(flight, SynDroneFlight) and flight.gaps:
-            print(
-                f"The folder {flight.folder} lacks frames for {flight.gaps} of the numbers from "
-                f"{flight.numbers[0]:05} to {flight.numbers[-1]:05}: the flight jumps there.",
-                file=sys.stderr,
-            )
-        if isinstance(flight, PictureFolder) and flight.unlabelled:
+        if flight.unlabelled:
             print(f"{_unlabelled_text(flight.unlabelled, len(flight))}.", file=sys.stderr)
         stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight))]
-        options = {"reading": reading} if isinstance(flight, PictureFolder) else {}
-        _write(arguments.out, flight.frames(arguments.size, jobs=arguments.jobs, **options), stamps, reading)
+        frames = flight.frames(arguments.size, jobs=arguments.jobs, reading=reading)
+        _write(arguments.out, frames, stamps, reading)
         return
     with read_bag(arguments.bag, size=arguments.size, reading=reading) as reader:
         low, high = first or 0, len(reader) - 1 if last is None else last
@@ -221,9 +213,7 @@ def _check_source(arguments: argparse.Namespace) -> None:
             )
 
 
-def _find_flight(
-    arguments: argparse.Namespace, first: int | None, last: int | None
-) -> PictureFolder | SynDroneFlight:
+def _find_flight(arguments: argparse.Namespace, first: int | None, last: int | None) -> PictureFolder:
     if arguments.pictures is not None:
         return find_pictures(arguments.pictures, first=first, last=last)
     return find_syndrone(
@@ -237,20 +227,17 @@ def _find_flight(
 
 
 def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], reading: Reading) -> None:
-    """Write a bag with a progress bar; print how its frames were read, and doubts about that."""
-    evidence = Evidence()
+    """Write a bag with a progress bar; print how its frames were read."""
     with progress_bar("Importing") as progress:
 
         def counted() -> Iterator[Frame]:
             for done, frame in enumerate(frames, 1):
                 yield frame
-                evidence.add(frame)
                 progress(done, len(stamps_ns))
 
         write_bag(out, counted(), stamps_ns)
     _print_place(len(stamps_ns), out)
-    for sentence in (reading, *(evidence.doubts() if reading == SYNDRONE else ())):
-        print(sentence, file=sys.stderr)
+    print(reading, file=sys.stderr)
 
 
 def _print_place(frames: int, out: Path) -> None:
@@ -315,6 +302,6 @@ def _bag_text(contents: BagStatistics) -> str:
     )
     if contents.unlabelled:
         lines.append(_unlabelled_text(contents.unlabelled, contents.frames))
-    lines += [str(SYNDRONE), *contents.doubts]
+    lines.append(str(SYNDRONE))
     lines += [f"  {name:14}{share:8.3%}" for name, share in contents.classes.items()]
     return "\n".join([*lines, f"  {'(no class)':14}{contents.ignored:8.3%}"])

@@ -2,8 +2,11 @@
 
 from sunset.data.bag import TOPICS, BagReader, read_bag, write_bag
 from sunset.data.bag_statistics import BagStatistics, bag_statistics
-from sunset.data.cache import (
+from sunset.data.conventions import DEPTH_UNITS, IDS, SYNDRONE, Reading
+from sunset.data.flight import (
+    DEFAULT_FLIGHT,
     RENDERING,
+    FlightPlan,
     bag_checksum,
     cache_folder,
     default_flight,
@@ -11,12 +14,13 @@ from sunset.data.cache import (
     flight_bags,
     flight_place,
     flights_folder,
+    frames_for,
     kept_bag,
+    render_frames,
+    render_views,
 )
-from sunset.data.conventions import DEPTH_UNITS, IDS, SYNDRONE, Evidence, Reading
-from sunset.data.flight import DEFAULT_FLIGHT, FlightPlan, frames_for, render_frames, render_views
 from sunset.data.picture_folder import PictureFolder, find_pictures
-from sunset.data.syndrone import SynDroneFlight, find_syndrone, is_syndrone, survey_syndrone
+from sunset.data.syndrone import find_syndrone, is_syndrone, survey_syndrone
 from sunset.flights import TIMES, WEATHERS
 from sunset_town import DEPTH_RANGE_M, FRAME_SIZE, HEIGHTS_M, PITCHES_DEG, RENDER_VERSION, Frame
 
@@ -36,12 +40,10 @@ __all__ = [
     "WEATHERS",
     "BagReader",
     "BagStatistics",
-    "Evidence",
     "FlightPlan",
     "Frame",
     "PictureFolder",
     "Reading",
-    "SynDroneFlight",
     "bag_checksum",
     "bag_statistics",
     "cache_folder",

@@ -11,7 +11,7 @@ from sunset.classes import CLASS_OF_CARLA_ID, IGNORED
 from sunset.data.conventions import Reading
 from sunset.data.pixels import COLOUR_JPEG, COLOUR_PNG, DEPTH_PNG, FAR, LABEL_PNG, bgr_of, picture, raw_pixels
 from sunset.errors import DataError
-from sunset.files.bags import expand
+from sunset.files.compression import zstd
 from sunset.files.image_digests import Pixels
 from sunset_ros.interfaces import deserialize, serialize
 from sunset_ros.interfaces.sensor_msgs.msg import CompressedImage, Image
@@ -75,7 +75,7 @@ def decoded(raw: bytes | memoryview, kind: str, topic: str, place: str, reading:
     Raises:
         DataError: its encoding is not accepted, or it is damaged; `place` names the image.
     """
-    plain = expand(raw) if bytes(raw[:4]) == _ZSTD else raw
+    plain = zstd.decompress(raw) if bytes(raw[:4]) == _ZSTD else raw
     message: Image | CompressedImage
     if kind == IMAGE:
         message = deserialize(plain, Image)
@@ -103,7 +103,6 @@ def is_known(pixels: Pixels, topic: str) -> bool:
 
 
 def _unpacked(message: CompressedImage, topic: str, place: str) -> Pixels:
-    """Return the picture in a `CompressedImage`."""
     data = message.data.tobytes()
     if topic == "/depth_raw":
         if message.format.startswith("32FC1"):

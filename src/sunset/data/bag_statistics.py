@@ -1,7 +1,7 @@
 """Statistics of a bag: its frames, topics, classes and depths."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from sunset.classes import CARLA_IDS
 from sunset.data.bag import BagReader
-from sunset.data.conventions import Evidence
 from sunset.data.pixels import FAR
 from sunset_town import DEPTH_RANGE_M
 
@@ -30,7 +29,6 @@ class BagStatistics:
         classes: class → share of the pixels, the largest first; absent classes are left out.
         ignored: share of pixels without a class.
         unlabelled: number of frames without labels.
-        doubts: a sentence for each convention other than SynDrone's that the bag probably follows.
         depth_m: least and greatest known depth [m].
         depth_far: share of pixels whose depth is greater or unknown.
     """
@@ -46,7 +44,6 @@ class BagStatistics:
     classes: Mapping[str, float]
     ignored: float
     unlabelled: int
-    doubts: Sequence[str]
     depth_m: tuple[float, float]
     depth_far: float
 
@@ -65,11 +62,10 @@ def bag_statistics(reader: BagReader, *, progress: Callable[[int, int], None] | 
     Raises:
         DataError: a frame cannot be read.
     """
-    ids, nearest, furthest, far, evidence = np.zeros(256, dtype=np.int64), FAR, 0, 0, Evidence()
+    ids, nearest, furthest, far = np.zeros(256, dtype=np.int64), FAR, 0, 0
     for index in range(len(reader)):
         frame = reader.frame(index)
         ids += np.bincount(frame.labels.ravel(), minlength=256)
-        evidence.add(frame)
         near = frame.depth[frame.depth < FAR]
         far += frame.depth.size - near.size
         if near.size:
@@ -92,7 +88,6 @@ def bag_statistics(reader: BagReader, *, progress: Callable[[int, int], None] | 
         classes={name: share for name, share in shares.most_common() if share},
         ignored=(total - int(ids[list(CARLA_IDS.values())].sum())) / total,
         unlabelled=reader.unlabelled,
-        doubts=evidence.doubts(),
         depth_m=(nearest * DEPTH_RANGE_M / FAR, furthest * DEPTH_RANGE_M / FAR),
         depth_far=far / total,
     )

@@ -13,7 +13,6 @@ from sunset.classes import CARLA_IDS
 from sunset.data.pixels import FAR, counts_of_metres
 from sunset.errors import DataError
 from sunset.files.image_digests import Pixels
-from sunset_town import DEPTH_RANGE_M, Frame
 
 IDS_OF_NO_CLASS: Final = MappingProxyType({"none": 0, "pedestrians": 4, "vehicles": 10, "any": 255})
 """CARLA's ids outside SynDrone's classes: such pixels are ignored, not refused."""
@@ -44,16 +43,6 @@ _NAMES: Final = MappingProxyType(
 DEPTH_UNITS: Final = ("counts", "mm")
 """Units of whole numbers in a depth image: counts of 1000 / 65535 m, or millimetres."""
 
-_WIDE: Final = frozenset(
-    CARLA_IDS[name] for name in ("building", "road", "sidewalk", "vegetation", "terrain", "ground")
-)
-"""The ids of most pixels of a town."""
-_CLEARLY: Final = 0.2
-"""The excess of the share of `_WIDE` that makes a convention likelier than another."""
-_LEAST_VALUES: Final = 3
-_HIGH_M: Final = 150.0
-"""Least depth of a flight that is in millimetres, or very high."""
-
 
 @dataclass(frozen=True, slots=True)
 class Reading:
@@ -68,7 +57,6 @@ class Reading:
     depth_unit: str = "counts"
 
     def __str__(self) -> str:
-        """Return the convention as a sentence."""
         unit = {"counts": "counts of 1000 / 65535 m", "mm": "millimetres"}[self.depth_unit]
         return f"Labels are read as {_NAMES[self.ids]}, whole numbers of depth as {unit}."
 
@@ -104,43 +92,3 @@ class Reading:
 
 SYNDRONE: Final = Reading()
 """The convention of SynDrone, the default."""
-
-
-class Evidence:
-    """Evidence that frames follow another convention than SynDrone's, although all their values are valid in it."""
-
-    def __init__(self) -> None:
-        self._ids = np.zeros(256, dtype=np.int64)
-        self._nearest = FAR
-
-    def add(self, frame: Frame) -> None:
-        """Count a frame."""
-        counts = np.bincount(frame.labels.ravel(), minlength=256)
-        if counts[0] < frame.labels.size:
-            self._ids += counts
-        self._nearest = min(self._nearest, int(frame.depth.min()))
-
-    def doubts(self) -> list[str]:
-        """Return a sentence for each convention that the frames probably follow instead.
-
-        Most of a town is buildings, roads, plants and ground. Ids are doubted where another convention has clearly more
-        of them, and depth where the nearest point is as far as on a very high flight.
-        """
-        present, shares = np.flatnonzero(self._ids).tolist(), dict.fromkeys(IDS, 0.0)
-        for name, table in IDS.items():
-            if len(present) >= _LEAST_VALUES and set(present) <= set(table):
-                wide = sum(int(self._ids[number]) for number in present if table[number] in _WIDE)
-                shares[name] = wide / int(self._ids.sum())
-        likely = max(shares, key=shares.__getitem__)
-        sentences = []
-        if shares[likely] > shares[SYNDRONE.ids] + _CLEARLY:
-            sentences.append(
-                f"The labels are rather {_NAMES[likely]}: import the recording with --ids {likely}."
-            )
-        nearest_m = self._nearest * DEPTH_RANGE_M / FAR
-        if _HIGH_M < nearest_m < DEPTH_RANGE_M:
-            sentences.append(
-                f"Nothing is nearer than {nearest_m:.0f} m: if the depth is in millimetres, import the recording with "
-                "--depth-unit mm."
-            )
-        return sentences

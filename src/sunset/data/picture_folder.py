@@ -1,13 +1,14 @@
 """Folders of pictures: the frames of a flight in `rgb`, `depth` and `labels`."""
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from types import MappingProxyType
 from typing import Final
+
+import numpy as np
 
 from sunset.data.conventions import SYNDRONE, Reading
 from sunset.data.pixels import (
@@ -16,7 +17,6 @@ from sunset.data.pixels import (
     DEPTH_PNG,
     LABEL_PNG,
     dimensions,
-    no_labels,
     read_ahead,
     read_picture,
     resample,
@@ -24,19 +24,11 @@ from sunset.data.pixels import (
 from sunset.errors import DataError
 from sunset_town import FRAME_SIZE, Frame
 
-_KINDS: Final = MappingProxyType(
-    {"rgb": (COLOUR_JPEG, COLOUR_PNG), "depth": (DEPTH_PNG,), "labels": (LABEL_PNG,)}
-)
+_KINDS: Final = {"rgb": (COLOUR_JPEG, COLOUR_PNG), "depth": (DEPTH_PNG,), "labels": (LABEL_PNG,)}
 """Folder → the kinds of its pictures."""
 _SUFFIXES: Final = frozenset({".jpg", ".jpeg", ".png"})
 _NUMBERS: Final = re.compile(r"([0-9]+)")
-_READINGS: Final = MappingProxyType[str, tuple[re.Pattern[str], Callable[[str], float]]](
-    {
-        "decimal": (re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"), float),
-        "hexadecimal": (re.compile(r"(?:0[xX])?[0-9a-fA-F]+"), partial(int, base=16)),
-    }
-)
-"""Number format → the pattern of names in it, and the conversion to a number."""
+_DECIMAL: Final = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,11 +72,13 @@ def _frame(
             )
         pictures.append(pixels)
     rgb, depth, *others = pictures
-    labels = reading.labels(others[0], str(files[-1])) if others else no_labels(depth)
+    labels = reading.labels(others[0], str(files[-1])) if others else np.zeros(depth.shape, np.uint8)
     return resample(Frame(rgb, reading.depth(depth), labels), size)
 
 
-def find_pictures(folder: Path, *, first: int | None = None, last: int | None = None) -> PictureFolder:
+def find_pictures(
+    folder: Path, *, first: int | None = None, last: int | None = None, labels: str = "labels"
+) -> PictureFolder:
     """Return a flight's pictures in `rgb`, `depth` and `labels`, after a check that its frames are complete.
 
     The pictures of a frame have the same name but for the suffix. Frames may lack labels. Frames are in the order of
@@ -94,15 +88,16 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
         folder: the parent of the three folders.
         first: index of the first wanted frame, from 0; None for the beginning.
         last: index of the last wanted frame; None for the end.
+        labels: the name of the folder of labels.
 
     Raises:
         DataError: a folder is missing, has no pictures or two of the same name, names differ between folders or are in
-            another order as decimal or hexadecimal numbers, or wanted frames are missing.
+            another order as decimal numbers, or wanted frames are missing.
     """
-    pictures = _folders_of_pictures(folder)
+    pictures = _folders_of_pictures(folder, ("rgb", "depth", labels))
     names = sorted(set().union(*pictures.values()), key=_order)
     for name, own in pictures.items():
-        if missing := [stem for stem in names if stem not in own and name != "labels"]:
+        if missing := [stem for stem in names if stem not in own and name != labels]:
             counts = ", ".join(f"{len(files)} in {other}" for other, files in pictures.items())
             raise DataError(
                 f"The folder {folder} must hold pictures of the same names in all folders, got {counts}, and "
@@ -115,24 +110,22 @@ def find_pictures(folder: Path, *, first: int | None = None, last: int | None = 
             f"The folder {folder} has frames 0 to {len(names) - 1}, got --frames from {low} to {high}; "
             "choose them among these."
         )
-    wanted = names[low : high + 1]
-    return PictureFolder(
-        folder, tuple(tuple(own[stem] for own in pictures.values() if stem in own) for stem in wanted)
-    )
+    frames = (tuple(own[stem] for own in pictures.values() if stem in own) for stem in names[low : high + 1])
+    return PictureFolder(folder, tuple(frames))
 
 
-def _folders_of_pictures(folder: Path) -> dict[str, dict[str, Path]]:
+def _folders_of_pictures(folder: Path, names: Sequence[str]) -> dict[str, dict[str, Path]]:
     if not folder.is_dir():
         raise DataError(
-            f"There is no folder {folder}: give the one that holds the folders {', '.join(_KINDS)}."
+            f"There is no folder {folder}: give the one that holds the folders {', '.join(names)}."
         )
-    for name in ("rgb", "depth"):
+    for name in names[:2]:
         if not (folder / name).is_dir():
             raise DataError(
-                f"The folder {folder} must hold the folders {', '.join(_KINDS)}, got no {name}; "
+                f"The folder {folder} must hold the folders {', '.join(names)}, got no {name}; "
                 "put the pictures of the three kinds into one each, and leave out labels if there are none."
             )
-    return {name: _pictures(folder / name) for name in _KINDS if (folder / name).is_dir()}
+    return {name: _pictures(folder / name) for name in names if (folder / name).is_dir()}
 
 
 def _pictures(folder: Path) -> dict[str, Path]:
@@ -156,16 +149,16 @@ def _pictures(folder: Path) -> dict[str, Path]:
 
 
 def _check_order(ordered: Sequence[str], folder: Path) -> None:
-    """Check that names have the same order as decimal or hexadecimal numbers."""
-    for kind, (pattern, value) in _READINGS.items():
-        if all(map(pattern.fullmatch, ordered)):
-            for name, following in pairwise(ordered):
-                if value(name) > value(following):
-                    raise DataError(
-                        f"The folder {folder} must hold pictures whose names have one order, got {name} and "
-                        f"{following}, whose order as {kind} numbers is another; name them by their places, such as "
-                        "00000 and 00001."
-                    )
+    """Check that names have the same order as decimal numbers."""
+    if not all(map(_DECIMAL.fullmatch, ordered)):
+        return
+    for name, following in pairwise(ordered):
+        if float(name) > float(following):
+            raise DataError(
+                f"The folder {folder} must hold pictures whose names have one order, got {name} and "
+                f"{following}, whose order as decimal numbers is another; name them by their places, such as "
+                "00000 and 00001."
+            )
 
 
 def _order(name: str) -> tuple[list[str | int], str]:

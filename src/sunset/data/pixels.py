@@ -4,11 +4,11 @@ Errors are `DataError`s that name the image.
 """
 
 import os
-import struct
-import zlib
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from typing import Final, TypeVar
 
@@ -18,7 +18,6 @@ import numpy.typing as npt
 
 from sunset.errors import DataError
 from sunset.files.image_digests import Pixels
-from sunset.files.inputs import read_bytes
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_town import DEPTH_RANGE_M, Frame
 
@@ -31,9 +30,6 @@ COLOUR_JPEG: Final = "8-bit colour JPEG"
 COLOUR_PNG: Final = "8-bit colour PNG"
 DEPTH_PNG: Final = "16-bit greyscale PNG"
 LABEL_PNG: Final = "8-bit greyscale PNG"
-
-_MAX_PIXELS: Final = 2**26
-"""The most pixels of a picture that is unpacked: 8192 x 8192."""
 
 _ENCODINGS: Final = {
     "bgr8": ("u1", 3),
@@ -49,10 +45,9 @@ _ENCODINGS: Final = {
 """Encoding of a `sensor_msgs/msg/Image` → type of a value, values a pixel."""
 
 _JPEG: Final = b"\xff\xd8\xff"
-_JPEG_FRAMES: Final = frozenset(range(0xFFC0, 0xFFD0)) - {0xFFC4, 0xFFC8, 0xFFCC}
-"""Markers of segments with a JPEG's height and width."""
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
-_PNG_HEADER: Final = b"\0\0\0\x0dIHDR"
+_ENDS: Final = (b"\xff\xd9", b"IEND\xaeB`\x82")
+"""The last bytes of a JPEG and of a PNG."""
 _PNG_COLOURS: Final = {0: "greyscale", 2: "colour", 3: "palette", 4: "greyscale-alpha", 6: "colour-alpha"}
 
 
@@ -92,16 +87,16 @@ def raw_pixels(message: Image, place: str, encodings: Collection[str]) -> Pixels
     return pixels.reshape(height, -1, channels) if channels > 1 else pixels
 
 
-def read_picture(path: Path, kinds: Collection[str], *, remedy: str = "copy it again") -> Pixels:
+def read_picture(path: Path, kinds: Collection[str]) -> Pixels:
     """Return the `picture` in a file.
 
     Raises:
-        DataError: it cannot be read, for which a `remedy` can be given, is of another kind, truncated or damaged.
+        DataError: it cannot be read, is of another kind, truncated or damaged.
     """
     try:
-        data = read_bytes(path, 2**28)  # 256 MiB
+        data = path.read_bytes()
     except OSError as error:
-        raise DataError(f"The image {path} cannot be read: {error.strerror}; {remedy}.") from error
+        raise DataError(f"The image {path} cannot be read: {error.strerror}; copy it again.") from error
     return picture(data, str(path), kinds)
 
 
@@ -111,17 +106,15 @@ def read_ahead(read: Callable[[T], Frame], items: Iterable[T], *, jobs: int | No
     Their number changes no byte.
     """
     workers = jobs or os.cpu_count() or 1
-    pool = ThreadPoolExecutor(workers)
-    pending: deque[Future[Frame]] = deque()
-    try:
-        for item in items:
-            pending.append(pool.submit(read, item))
-            if len(pending) > 2 * workers:
+    left = iter(items)
+    with ThreadPoolExecutor(workers) as pool:
+        pending = deque(pool.submit(read, item) for item in islice(left, 2 * workers))
+        try:
+            while pending:
                 yield pending.popleft().result()
-        while pending:
-            yield pending.popleft().result()
-    finally:
-        pool.shutdown(cancel_futures=True)
+                pending.extend(pool.submit(read, item) for item in islice(left, 1))
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
@@ -132,14 +125,13 @@ def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
     Raises:
         DataError: it is of another kind, truncated or damaged; `place` names the image.
     """
-    kind = _kind(data, place)
-    pixels = None
+    kind, pixels = _kind(data), None
     if kind in kinds:
-        _check_size(data, place)
-        try:
+        # the decoder takes half a JPEG for a whole one; a writer may have filled its last block with zeros
+        if not data.rstrip(b"\0").endswith(_ENDS):
+            raise _damage_error(place, "it ends before the picture does")
+        with suppress(cv2.error):
             pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-        except cv2.error as error:
-            raise _damage_error(place, "the decoder gives up") from error
         if pixels is None:
             raise _damage_error(place, "the decoder gives up")
         if kind == COLOUR_JPEG and not pixels.shape[2:]:
@@ -152,60 +144,12 @@ def picture(data: bytes, place: str, kinds: Collection[str]) -> Pixels:
     return np.asarray(pixels)
 
 
-def _kind(data: bytes, place: str) -> str:
-    """Return the kind of a file by its header, after a check that the file is whole."""
+def _kind(data: bytes) -> str:
     if data.startswith(_JPEG):
-        # a writer may have filled its last block with zeros
-        if not data.rstrip(b"\0").endswith(b"\xff\xd9"):
-            raise _damage_error(place, "it ends before the picture does")
         return COLOUR_JPEG
-    if data.startswith(_PNG):
-        _check_chunks(data, place)
-        if not data.startswith(_PNG_HEADER, len(_PNG)):
-            raise _damage_error(place, "it does not begin with its header")
+    if data.startswith(_PNG) and len(data) > 25:  # noqa: PLR2004  the header's bit depth and colour type
         return f"{data[24]}-bit {_PNG_COLOURS.get(data[25], 'unknown')} PNG"
     return "neither JPEG nor PNG" if data else "no data"
-
-
-def _check_size(data: bytes, place: str) -> None:
-    """Check the number of pixels in a file's header, before memory is allocated for them."""
-    try:
-        size = _jpeg_size(data) if data.startswith(_JPEG) else struct.unpack_from(">II", data, 16)[::-1]
-    except struct.error:
-        raise _damage_error(place, "it does not say how large it is") from None
-    if size[0] * size[1] > _MAX_PIXELS:
-        raise DataError(
-            f"The image {place} must have at most {_MAX_PIXELS} pixels, got {dimensions(size)}; make it smaller."
-        )
-
-
-def _jpeg_size(data: bytes) -> tuple[int, int]:
-    """Return height and width of a JPEG file.
-
-    Raises:
-        struct.error: the file does not contain them.
-    """
-    start = len(_JPEG) - 1
-    while True:
-        marker, length = struct.unpack_from(">HH", data, start)
-        if marker in _JPEG_FRAMES:
-            height, width = struct.unpack_from(">HH", data, start + 5)
-            return height, width
-        start += 1 if marker == 0xFFFF else 2 + length  # noqa: PLR2004  between segments, such bytes fill
-
-
-def _check_chunks(data: bytes, place: str) -> None:
-    """Check that a PNG file has all its chunks, each with its checksum."""
-    view, start, kind = memoryview(data), len(_PNG), b""
-    while kind != b"IEND":
-        try:
-            length, kind = struct.unpack_from(">I4s", data, start)
-            (checksum,) = struct.unpack_from(">I", data, start + 8 + length)
-        except struct.error:
-            raise _damage_error(place, "it ends before the picture does") from None
-        if zlib.crc32(view[start + 4 : start + 8 + length]) != checksum:
-            raise _damage_error(place, "a checksum does not match")
-        start += 12 + length
 
 
 def _damage_error(place: str, reason: str) -> DataError:
@@ -235,11 +179,6 @@ def counts_of_metres(metres: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:
     """
     known = np.nan_to_num(metres, nan=DEPTH_RANGE_M, posinf=DEPTH_RANGE_M, neginf=0.0)
     return np.rint(known.clip(0, DEPTH_RANGE_M) * (FAR / DEPTH_RANGE_M)).astype(np.uint16)
-
-
-def no_labels(depth: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint8]:
-    """Return the labels of an unlabelled frame, in the size of its depth."""
-    return np.zeros(depth.shape, np.uint8)
 
 
 def resample(frame: Frame, size: tuple[int, int]) -> Frame:

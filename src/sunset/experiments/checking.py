@@ -14,7 +14,7 @@ from sunset.experiments.resources import prepare_runs
 from sunset.experiments.run import run
 from sunset.experiments.spec import RunSpec
 from sunset.managing import is_registered
-from sunset.processes.confinement import confinement_report
+from sunset.processes.confinement.walls import confinement_report
 from sunset.processes.workers import Progress, Stages, worker_pool
 from sunset.recording import read_messages
 from sunset.recording.reader import first_difference

@@ -29,7 +29,7 @@ from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import start_server
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.perception import InferenceCache, Modality, Model, ModelCard, Segmenter, load_model
-from sunset.processes.confinement import missing_walls
+from sunset.processes.confinement.walls import missing_walls
 from sunset.processes.forking import FORKING
 from sunset.processes.workers import Stages
 from sunset.scenarios import Scenario, with_strengths

@@ -33,7 +33,7 @@ from sunset.harness.executor import is_at_once
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.metrics import Evidence, RunMetrics, Timeline, score
 from sunset.processes.calls import Watch
-from sunset.processes.confinement import WALLS, missing_walls
+from sunset.processes.confinement.walls import WALLS, missing_walls
 from sunset.processes.workers import Stages
 from sunset.recording import (
     RecordedMessage,

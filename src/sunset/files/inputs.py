@@ -8,7 +8,6 @@ import errno
 import hashlib
 import os
 import stat
-from io import BufferedReader
 from pathlib import Path
 from typing import Final
 
@@ -16,33 +15,9 @@ TEXT_BYTES: Final = 2**24
 """The limit of text files, such as cards, logs, plans and parameter files: 16 MiB."""
 
 
-def open_regular(path: Path) -> BufferedReader:
-    """Open a regular file for reading, without blocking."""
-    try:
-        file = open(path, "rb", opener=_opened)  # noqa: SIM115  the caller closes it; Path.open takes no opener
-    except ValueError as error:  # a null byte
-        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path)) from error
-    try:
-        _check(path, os.fstat(file.fileno()).st_mode)
-    except OSError:
-        file.close()
-        raise
-    return file
-
-
-def _opened(path: str, flags: int) -> int:
-    return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
-
-
 def check_regular(path: Path) -> None:
-    """Check that a path, which a library will open, is a regular file.
-
-    It is not opened here: closing a database's file would release the locks of its users.
-    """
-    _check(path, path.stat().st_mode)
-
-
-def _check(path: Path, mode: int) -> None:
+    """Check that a path is a regular file."""
+    mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(mode):
@@ -55,11 +30,10 @@ def read_bytes(path: Path, most: int = TEXT_BYTES) -> bytes:
     Raises:
         OSError: it cannot be read, is not a regular file, or is larger.
     """
-    with open_regular(path) as file:
-        size = os.fstat(file.fileno()).st_size
-        if size > most:
-            raise OSError(errno.EFBIG, f"it is larger than {most} bytes, the limit of its kind", str(path))
-        return file.read(size)
+    check_regular(path)
+    if path.stat().st_size > most:
+        raise OSError(errno.EFBIG, f"it is larger than {most} bytes, the limit of its kind", str(path))
+    return path.read_bytes()
 
 
 def read_text(path: Path, most: int = TEXT_BYTES) -> str:
@@ -69,5 +43,6 @@ def read_text(path: Path, most: int = TEXT_BYTES) -> str:
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a regular file, in hexadecimal."""
-    with open_regular(path) as file:
+    check_regular(path)
+    with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from sunset.errors import InvalidInputError, MissingExtraError
 from sunset.files.outputs import draft_of
@@ -46,7 +46,7 @@ def check_figure(path: Path) -> None:
 
 
 @contextmanager
-def drawing(style: Mapping[str, Any] = MappingProxyType({})) -> "Iterator[type[Figure]]":
+def drawing(style: Mapping[str, object] = MappingProxyType({})) -> "Iterator[type[Figure]]":
     """Give matplotlib's class of figures, without the user's settings, so that figures always look the same.
 
     Args:

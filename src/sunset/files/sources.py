@@ -10,7 +10,7 @@ import inspect
 import os
 import sys
 import traceback
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES, ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
@@ -215,36 +215,3 @@ def functions_of(origin: object) -> list[FunctionType]:
         else:
             members.append(value.__func__ if isinstance(value, staticmethod | classmethod) else value)
     return [inspect.unwrap(member) for member in members if isinstance(member, FunctionType)]
-
-
-def is_edited(path: Path, origin: object = None) -> bool:
-    """Return whether a file's text has changed since it was imported, as far as that can be known.
-
-    For a file that Python itself imported, the functions of its module and of `origin`, a class or function in it, are
-    compared with the functions of the current text.
-    """
-    try:
-        text = path.read_bytes()
-        if path in _compiled:
-            return _compiled[path] != hashlib.sha256(text).hexdigest()
-        module = sys.modules.get(getattr(origin, "__module__", ""))
-        loader = vars(module).get("__loader__") if module else None
-        if type(loader) is not SourceFileLoader:  # other loaders, such as pytest's, may rewrite the code
-            return False
-        codes = list(_codes(loader.source_to_code(text, str(path))))
-    except (OSError, SyntaxError, ValueError):
-        return True
-    functions = [function for member in [origin, *vars(module).values()] for function in functions_of(member)]
-    here = [
-        function.__code__
-        for function in functions
-        if Path(function.__code__.co_filename).resolve() == path.resolve()
-    ]
-    return any(code not in codes for code in here)
-
-
-def _codes(code: CodeType) -> Iterator[CodeType]:
-    yield code
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield from _codes(constant)

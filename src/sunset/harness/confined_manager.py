@@ -29,7 +29,7 @@ from sunset.managing import MANAGERS, ORACLE, PREFIX, checksum, is_registered, p
 from sunset.managing.program import Command
 from sunset.managing.sources import manager_code, manager_data
 from sunset.processes.calls import Patience
-from sunset.processes.confinement import View
+from sunset.processes.confinement.walls import View
 from sunset.processes.process import Process, ProcessDeath, copy_process, killed_error
 from sunset.processes.server import ForkServer, shared_server
 from sunset.scenarios import load_scenario
@@ -271,7 +271,7 @@ def _command(manager: str) -> Command | None:
 
 def start_server() -> ForkServer:
     """Return the server that managing systems are forked from, and start it unless it runs."""
-    return shared_server(ENTRY, "sunset.processes.confinement:prepare")
+    return shared_server(ENTRY, "sunset.processes.confinement.walls:prepare")
 
 
 def _place(manager: str, death: ProcessDeath) -> str:

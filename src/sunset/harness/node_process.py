@@ -34,8 +34,6 @@ from sunset_ros.signals import install_signal_handlers
 MANAGER_FAILED: Final = 3
 """The exit code of a process whose confined managing system has failed; its last line says how."""
 
-_GRACE_S: Final = 3.0
-"""How long nodes may take to leave the graph when they are ended."""
 _TURN_S: Final = 0.1
 """Longest wait for a process before the next is ended: ending all at once would take the processor from others."""
 _SIGNALS: Final = {number.value: number.name for number in signal.Signals}  # real-time signals lack names
@@ -229,7 +227,7 @@ class NodeProcesses:
         if not self._server.is_running:  # it was killed
             self._server = node_server()
         task = {"spec": asdict(self._specs[node]), "environment": self._environment}
-        process = self._server.start(task, grace_s=_GRACE_S)
+        process = self._server.start(task)
         self._ended.pop(node, None)
         self._running[node] = process
         self._lines[node] = lines = deque[str](maxlen=1)

@@ -16,7 +16,6 @@ from sunset.files.sources import (
     import_file,
     import_from,
     import_place,
-    is_edited,
 )
 from sunset.managing.base import ManagingSystem
 from sunset.managing.baseline import Baseline, NoAdaptation, RandomAdaptation
@@ -118,7 +117,7 @@ def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> 
         name: the name; if empty, the name of the class or function, with its module.
 
     Raises:
-        ManagerError: it is not a managing system, or its file was edited after it was imported.
+        ManagerError: it is not a managing system, or its file was edited since it was first passed.
     """
     if isinstance(manager, ManagingSystem) or not callable(manager):
         raise ManagerError(
@@ -130,11 +129,9 @@ def register_manager(manager: Callable[..., ManagingSystem], name: str = "") -> 
     manager_class = _checked_class(
         name, manager if isinstance(manager, type) else _class_of_factory(name, manager)
     )
-    parts = _files_by_part(origin)
-    texts = {file: file.read_bytes() for file in sorted(set(parts.values()))}
+    texts = {file: file.read_bytes() for file in sorted(set(_files_by_part(origin).values()))}
     known = PASSED.get(name)
-    is_changed = known is not None and known.origin is origin and known.texts != texts
-    if is_changed or any(is_edited(file, part) for part, file in parts.items()):
+    if known is not None and known.origin is origin and known.texts != texts:
         raise ManagerError(
             f"The managing system {name} was edited after it was imported: reload it, or begin a new process."
         )

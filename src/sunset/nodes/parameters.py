@@ -3,6 +3,7 @@
 import math
 import sys
 from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, Final, Generic, Protocol, Self, TypeVar, overload
 
 from sunset.system import FAULT_ACCESS, NAMESPACE, current_system, is_topic_name, short_name
@@ -24,6 +25,7 @@ class _Host(Protocol):
     def write_parameter(self, name: str, value: bool | float | str) -> None: ...
 
 
+@dataclass(eq=False)
 class NodeParameter(Generic[ValueT]):
     """A parameter of an adaptive node; read as an attribute, it is the present value.
 
@@ -40,21 +42,13 @@ class NodeParameter(Generic[ValueT]):
         read_only: whether it can be set at the start only.
     """
 
-    def __init__(
-        self,
-        default: ValueT,
-        description: str,
-        *,
-        minimum: float | None = None,
-        maximum: float | None = None,
-        read_only: bool = False,
-    ) -> None:
-        self.default = default
-        self.description = description
-        self.minimum = minimum
-        self.maximum = maximum
-        self.read_only = read_only
-        self.name = ""
+    default: ValueT
+    description: str
+    _: KW_ONLY
+    minimum: float | None = None
+    maximum: float | None = None
+    read_only: bool = False
+    name: str = field(default="", init=False)
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
@@ -102,6 +96,7 @@ class NodeParameter(Generic[ValueT]):
         """React to a new value, which is the node's value already."""
 
 
+@dataclass(eq=False)
 class FaultParameter(NodeParameter[ValueT]):
     """A parameter that injects an internal fault; its default is the value without the fault.
 
@@ -117,28 +112,16 @@ class FaultParameter(NodeParameter[ValueT]):
         cured_by_restart: whether activating the node ends it.
     """
 
-    def __init__(
-        self,
-        default: ValueT,
-        description: str,
-        *,
-        minimum: float | None = None,
-        maximum: float | None = None,
-        ends_with: str = "",
-        cured_by_restart: bool = False,
-    ) -> None:
-        super().__init__(default, description, minimum=minimum, maximum=maximum)
-        self.cured_by_restart = cured_by_restart
-        self.action = ends_with
-        ends = [ends_with] if ends_with else []
-        ends += ["a restart"] if cured_by_restart else []
-        self.ends_with = " or ".join([*ends, "a redeploy"])
+    ends_with: str = field(default="", kw_only=True)
+    cured_by_restart: bool = field(default=False, kw_only=True)
 
     def refusal(self, node: _Host, value: object) -> str:
         """Refuse to end a present fault."""
         present = node.parameter_values[self.name]
         if present not in (self.default, value) and not node.parameter_values.get(FAULT_ACCESS):
-            return f"{self.name} is {present} and ends only with {self.ends_with} of {node.get_name()}."
+            cures = self.ends_with, "a restart" if self.cured_by_restart else "", "a redeploy"
+            cure = " or ".join(filter(None, cures))
+            return f"{self.name} is {present} and ends only with {cure} of {node.get_name()}."
         return super().refusal(node, value)
 
 

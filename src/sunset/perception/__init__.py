@@ -6,9 +6,15 @@ it, a `Segmenter` runs it, and an `InferenceCache` stores the results.
 
 from sunset.perception.cache import InferenceCache
 from sunset.perception.card import Modality, ModelCard, NetworkCard
-from sunset.perception.engine import DEVICES, find_device
-from sunset.perception.installed import OFFERED, is_installed, list_models
-from sunset.perception.model import Model, load_model
+from sunset.perception.model import (
+    DEVICES,
+    OFFERED,
+    Model,
+    find_device,
+    is_installed,
+    list_models,
+    load_model,
+)
 from sunset.perception.segmenter import Segmentation, Segmenter
 
 __all__ = [

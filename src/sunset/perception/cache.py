@@ -22,7 +22,6 @@ import onnxruntime
 from sunset.errors import DataError, OutputError
 from sunset.files.compression import zstd
 from sunset.files.image_digests import image_digest
-from sunset.files.inputs import check_regular
 from sunset.perception.card import Modality
 
 _APPLICATION_ID: Final = 0x53554E53
@@ -55,7 +54,7 @@ class InferenceCache:
     wrote it, is not used; the first of them is reported on stderr.
 
     Args:
-        path: the file; it is made with its folder if it does not exist, and emptied if it is of an older version.
+        path: the file; it is made with its folder if it does not exist.
 
     Raises:
         OutputError: the file or its folder cannot be made or written.
@@ -159,7 +158,6 @@ class InferenceCache:
     def _connected(self) -> sqlite3.Connection:
         """Return this process's connection, since SQLite's connections must not be used across a fork."""
         if self._connection is None or self._process != os.getpid():
-            check_regular(self._path)
             connection = sqlite3.connect(
                 self._path, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
             )
@@ -175,16 +173,9 @@ class InferenceCache:
         return self._connection
 
     def _check_version(self, connection: sqlite3.Connection) -> None:
-        """Check that the file is a cache; an older version is emptied and becomes this version."""
         (application,) = connection.execute("PRAGMA application_id").fetchone()
-        if application == _APPLICATION_ID and _version(connection) < _VERSION:
-            connection.execute("BEGIN IMMEDIATE")
-            if _version(connection) < _VERSION:  # no other process was first
-                connection.execute("DROP TABLE answers")
-                connection.execute(_TABLE)
-                connection.execute(f"PRAGMA user_version = {_VERSION}")
-            connection.execute("COMMIT")
-        if (application, _version(connection)) != (_APPLICATION_ID, _VERSION):
+        (version,) = connection.execute("PRAGMA user_version").fetchone()
+        if (application, version) != (_APPLICATION_ID, _VERSION):
             raise DataError(
                 f"The file {self._path} is no inference cache of this version: choose another path, or "
                 "delete it if it is not needed."
@@ -203,11 +194,6 @@ class InferenceCache:
             raise DataError(
                 f"The inference cache {self._path} is damaged ({error}): delete it, it will be filled again."
             ) from error
-
-
-def _version(connection: sqlite3.Connection) -> int:
-    (version,) = connection.execute("PRAGMA user_version").fetchone()
-    return int(version)
 
 
 def _checksum(key: bytes, labels: object, entropy: object) -> bytes | None:

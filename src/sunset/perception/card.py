@@ -1,9 +1,9 @@
-"""The model card: a model's networks, results and thresholds."""
+"""The model card: a model's networks, results and thresholds, and the strengths of faults by their cost to it."""
 
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from pathlib import Path
 from typing import Annotated, Final, Literal
@@ -16,7 +16,10 @@ from sunset.errors import InvalidInputError, ModelError
 from sunset.files.schemas import convert, read_json
 
 CARD_NAME: Final = "card.json"
-CARD_FORMAT: Final = 1
+SEVERITIES_NAME: Final = "severities.json"
+"""The file in a model's folder."""
+LOSSES: Final = (0.10, 0.25, 0.40, 0.55, 0.70)
+"""Severity → the share of the model's healthy IoU that a fault costs."""
 MAX_SIDE: Final = 4096
 """The largest width and height in pixels of the images that a model may take."""
 
@@ -140,7 +143,7 @@ class ModelCard:
     architecture: str = ""
     precision: str = ""
     severities: Mapping[str, Strengths] = field(default_factory=dict)
-    format: Literal[1] = CARD_FORMAT
+    format: Literal[1] = 1
 
     @classmethod
     def read(cls, path: Path) -> "ModelCard":
@@ -172,7 +175,7 @@ class ModelCard:
             modality.key: _without_empty(msgspec.to_builtins(network), "data")
             for modality, network in sorted(self.networks.items())
         }
-        return {"format": CARD_FORMAT} | _without_empty(plain, "architecture", "precision", "severities")
+        return {"format": self.format} | _without_empty(plain, "architecture", "precision", "severities")
 
     def write(self, folder: Path) -> None:
         """Write `card.json`, and `card.md` for reading, into the model's folder."""
@@ -182,28 +185,50 @@ class ModelCard:
 
     def to_text(self) -> str:
         """Return the card as text for reading, in Markdown."""
-        return card_text(self.to_json())
+        lines = [f"# {self.name}, version {self.version}", "", self.description, ""]
+        head = ("name", "version", "description", "format")
+        lines += _section({key: value for key, value in self.to_json().items() if key not in head}, 2)
+        return "\n".join(lines).rstrip() + "\n"
+
+
+class SeverityTable(msgspec.Struct, frozen=True, kw_only=True):
+    """The strengths of faults by severity, in a file beside the card.
+
+    Attributes:
+        model: the model's name.
+        version: of its weights.
+        frames: number of frames on which the curves were measured.
+        strengths: by fault, for each of `LOSSES`; None where no strength costs so much.
+    """
+
+    model: str
+    version: str
+    frames: int
+    strengths: Mapping[str, Strengths]
+
+
+def with_severities(card: ModelCard, folder: Path) -> ModelCard:
+    """Return a card with the severities in the file beside it, if there is such a file.
+
+    Raises:
+        ModelError: the file is damaged, or of another version of the model.
+    """
+    file = folder / SEVERITIES_NAME
+    if not file.exists():
+        return card
+    remedy = "make it again with 'sunset models curves', or remove it"
+    content = read_json(file, "The file", ModelError)
+    table = convert(content, SeverityTable, f"the file {file}", ModelError, remedy=remedy)
+    if (table.model, table.version) != (card.name, card.version):
+        raise ModelError(
+            f"The file {file} must be of {card.name}, version {card.version}, got {table.model}, version "
+            f"{table.version}; {remedy}."
+        )
+    return replace(card, severities=table.strengths)
 
 
 def _without_empty(content: dict[str, object], *optional: str) -> dict[str, object]:
     return {key: value for key, value in content.items() if value or key not in optional}
-
-
-def card_text(card: Mapping[str, object]) -> str:
-    """Return the Markdown of a card's JSON object.
-
-    >>> print(card_text({"name": "lite", "version": "1", "description": "Small.", "width": 256}))
-    # lite, version 1
-    <BLANKLINE>
-    Small.
-    <BLANKLINE>
-    - width: 256
-    <BLANKLINE>
-    """
-    lines = [f"# {card['name']}, version {card['version']}", "", str(card["description"]), ""]
-    head = ("name", "version", "description", "format")
-    lines += _section({key: value for key, value in card.items() if key not in head}, 2)
-    return "\n".join(lines).rstrip() + "\n"
 
 
 def _section(content: Mapping[str, object], level: int) -> Iterator[str]:

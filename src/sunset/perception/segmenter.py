@@ -9,8 +9,7 @@ import numpy.typing as npt
 from sunset.errors import ModelError
 from sunset.perception.cache import InferenceCache
 from sunset.perception.card import Modality
-from sunset.perception.engine import RUNTIME_ERRORS, find_device, one_line
-from sunset.perception.model import Model
+from sunset.perception.model import RUNTIME_ERRORS, Model, find_device, one_line
 
 _ROUNDING: Final = 1e-3
 """Tolerance of an entropy's range [0, 1], since a network sums in float32."""
@@ -39,38 +38,29 @@ class Segmentation:
 class Segmenter:
     """Segments frames with the networks of a model.
 
-    On a single thread of the processor, the result for a frame depends neither on earlier frames, nor on the number of
-    cores or the computer's load. To use several cores, segment in several processes. Processors with other
-    instructions may give other last bits.
+    On the processor, a single thread infers, so the result for a frame depends neither on earlier frames, nor on the
+    number of cores or the computer's load. Processors with other instructions may give other last bits.
 
     Args:
         model: the model.
-        threads: of the engine. With several threads, last bits may differ.
         device: "cpu"; "cuda", with the package onnxruntime-gpu (this project has not tried it on a graphics
             card); or "auto", which is "cuda" where it is offered, else "cpu". With "cuda" bits may differ.
-        cache: stores results, or None. It is used with a single thread and the device "cpu" only, whose results
-            must not mix with others.
+        cache: stores results, or None. It is used with the device "cpu" only, whose results must not mix with others.
 
     Raises:
-        ModelError: the number of threads is less than 1.
         InvalidInputError: the device is unknown.
         MissingExtraError: the device needs a package that is not installed.
     """
 
-    def __init__(
-        self, model: Model, *, threads: int = 1, device: str = "cpu", cache: InferenceCache | None = None
-    ) -> None:
-        if threads < 1:
-            raise ModelError(f"The number of inference threads must be at least 1, got {threads}.")
+    def __init__(self, model: Model, *, device: str = "cpu", cache: InferenceCache | None = None) -> None:
         self.model: Final = model
         """The model."""
         self.device: Final = find_device(device)
         """The device of the networks: "cpu" or "cuda"."""
-        self._threads = threads
-        self._cache = cache if (threads, self.device) == (1, "cpu") else None
+        self._cache = cache if self.device == "cpu" else None
 
     def __repr__(self) -> str:
-        return f"Segmenter({self.model!r}, threads={self._threads}, device={self.device!r}, cache={self._cache!r})"
+        return f"Segmenter({self.model!r}, device={self.device!r}, cache={self._cache!r})"
 
     def segment(self, modality: Modality, bgr: _Colours, depth: _Depths) -> Segmentation:
         """Segment a frame.
@@ -139,7 +129,7 @@ class Segmenter:
         return Segmentation(labels.view(np.uint8), value)
 
     def _run(self, modality: Modality, outputs: list[str], inputs: _Inputs) -> list[npt.NDArray[np.generic]]:
-        session = self.model.session(modality, threads=self._threads, device=self.device)
+        session = self.model.session(modality, device=self.device)
         try:
             results: list[npt.NDArray[np.generic]] = session.run(outputs, inputs)
         except RUNTIME_ERRORS as error:

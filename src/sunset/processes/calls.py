@@ -13,11 +13,10 @@ import traceback
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final, TypeVar, cast
+from typing import Final, TypeVar, cast
 
 from sunset import errors
 from sunset.errors import SunsetError
-from sunset.processes.forking import fill_standard_streams
 from sunset.processes.process import Process, ProcessDeath, copy_process
 
 T = TypeVar("T")
@@ -32,6 +31,7 @@ _PATIENCE: Final = 10
 _NAME_END: Final = 256
 _LONGEST: Final = 4000
 """Characters of a traceback in an answer."""
+_RESULT, _BUG = "result", "bug"
 
 
 class Patience:
@@ -134,7 +134,6 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
         ProcessDeath: the process ended early, was killed, passed the limit, or took more memory than it may.
         UnexpectedError: the function raised anything else.
     """
-    fill_standard_streams()
     watch = Watch()
 
     def answer(connection: socket.socket, _: object) -> None:
@@ -151,17 +150,16 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
         raise
 
 
-def _outcome(function: Callable[[Watch], object], watch: Watch) -> dict[str, object]:
+def _outcome(function: Callable[[Watch], object], watch: Watch) -> tuple[str, object]:
+    """Return the name of an error that the caller knows with its text, `_RESULT` or `_BUG`."""
     try:
-        return {"result": function(watch)}
+        return _RESULT, function(watch)
     except SunsetError as error:
-        # the nearest class that the caller knows
-        kind = next(kind.__name__ for kind in type(error).__mro__ if _own_error(kind.__name__))
-        return {"error": kind, "text": str(error)}
+        return next(kind.__name__ for kind in type(error).__mro__ if _own_error(kind.__name__)), str(error)
     except MemoryError:
         raise
     except BaseException:  # noqa: BLE001  the caller raises it
-        return {"bug": traceback.format_exc()[-_LONGEST:]}
+        return _BUG, traceback.format_exc()[-_LONGEST:]
 
 
 def _own_error(name: str) -> type[SunsetError] | None:
@@ -187,13 +185,10 @@ def _await_answer(process: Process, watch: Watch, limit_s: float) -> bytes:
 
 
 def _result(answer: bytes) -> object:
-    """Return the result in an answer, or raise its error."""
     try:
-        outcome: dict[str, Any] = dict(json.loads(answer))
+        kind, value = json.loads(answer)
     except (TypeError, ValueError, RecursionError) as error:
         raise ProcessDeath("ended its process without an answer that can be read") from error
-    if kind := _own_error(str(outcome.get("error"))):
-        raise kind(str(outcome.get("text")))
-    if "result" not in outcome:
-        raise UnexpectedError(str(outcome.get("bug")))
-    return outcome["result"]
+    if kind == _RESULT:
+        return cast("object", value)
+    raise (_own_error(str(kind)) or UnexpectedError)(str(value))

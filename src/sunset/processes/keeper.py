@@ -5,7 +5,6 @@ It ends the process when the user orders it, closes the connection or ends.
 
 import faulthandler
 import io
-import json
 import math
 import os
 import select
@@ -21,9 +20,13 @@ import traceback
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final, NamedTuple, NoReturn
+from typing import Any, Final, NamedTuple, NoReturn, TypeVar
+
+import msgspec
 
 from sunset.processes.forking import adopt_orphans, signal_after_parent
+
+T = TypeVar("T")
 
 STATUS: Final = struct.Struct("<q")
 """A message of the keeper: first the process's number, then its exit code."""
@@ -32,8 +35,9 @@ OUT_OF_MEMORY: Final = "MemoryError"
 """What a process writes to `Files.dying` where its exit code does not say why it ended."""
 
 _LENGTH: Final = struct.Struct("<q")
-_LIMITS_S: Final = {bytes([signal.SIGKILL]): 0.0, bytes([signal.SIGABRT]): 1.0}
-"""Order → how long the process may go on; upon SIGABRT it writes where it hangs."""
+_KILL, _ABORT = bytes([signal.SIGKILL]), bytes([signal.SIGABRT])
+_DYING_S: Final = 1.0
+"""How long a process may go on after SIGABRT, upon which it writes where it hangs."""
 
 Entry = Callable[[socket.socket, Any], object]
 """The function that a process runs, with its socket and its task."""
@@ -56,14 +60,17 @@ class Files(NamedTuple):
 
 def send_document(connection: socket.socket, document: object) -> None:
     """Send an object as JSON."""
-    text = json.dumps(document).encode()
+    text = msgspec.json.encode(document, enc_hook=str)  # paths
     connection.sendall(_LENGTH.pack(len(text)) + text)
 
 
-def receive_document(connection: socket.socket) -> Any:
-    """Return the object that the other end sends by `send_document`."""
+def receive_document(connection: socket.socket, kind: type[T]) -> T:
+    """Return the object of a type that the other end sends by `send_document`."""
     (size,) = _LENGTH.unpack(connection.recv(_LENGTH.size, socket.MSG_WAITALL))
-    return json.loads(connection.recv(size, socket.MSG_WAITALL))
+    text = connection.recv(size, socket.MSG_WAITALL)
+    return msgspec.json.decode(
+        text, type=kind, dec_hook=lambda kind, value: Path(value) if kind is Path else value
+    )
 
 
 def keep(function: Entry, files: Files, prepare: Preparation, kept: Collection[int] = ()) -> NoReturn:
@@ -89,22 +96,22 @@ def keep(function: Entry, files: Files, prepare: Preparation, kept: Collection[i
             _run(function, files, prepare, kept)
         _close_connections({files.keeper, ended.fileno(), noted.fileno()})
         with socket.socket(fileno=files.keeper) as user:
-            order = receive_document(user)
+            folder = receive_document(user, str)
             with suppress(OSError):
                 user.send(STATUS.pack(pid))
-            _await_end(pid, user, ended, order["grace_s"])
+            _await_end(pid, user, ended)
             exit_code = _reap(pid)
             with suppress(OSError):
                 user.send(STATUS.pack(exit_code))
-            if order["folder"]:
-                remove_folder(Path(order["folder"]))
+            if folder:
+                remove_folder(Path(folder))
         code = 0
     finally:
         os._exit(code)
 
 
-def _await_end(pid: int, user: socket.socket, ended: socket.socket, grace_s: float) -> None:
-    """Return when a process has ended or must be killed; its user orders signals, or has ended `grace_s` ago."""
+def _await_end(pid: int, user: socket.socket, ended: socket.socket) -> None:
+    """Return when a process has ended or must be killed, since its user has ordered it or has ended."""
     limit_s = math.inf
     poll = select.poll()
     for end in (ended, user):
@@ -117,15 +124,14 @@ def _await_end(pid: int, user: socket.socket, ended: socket.socket, grace_s: flo
             if os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None:
                 return
         if user.fileno() in ready:
-            try:
+            order = b""
+            with suppress(ConnectionResetError):  # its user has ended, and had not read all
                 order = user.recv(1)
-            except ConnectionResetError:  # its user has ended, and had not read all
-                order = b""
-            if not order:
-                poll.unregister(user)
-            limit_s = min(limit_s, time.monotonic() + _LIMITS_S.get(order, math.inf if order else grace_s))
-            for number in order or (signal.SIGCONT, signal.SIGTERM):
-                _send(pid, number)
+            if order in {b"", _KILL}:
+                return
+            if order == _ABORT:
+                limit_s = time.monotonic() + _DYING_S
+            _send(pid, order[0])
 
 
 def _send(pid: int, number: int) -> None:
@@ -171,7 +177,6 @@ def _close_connections(kept: Collection[int]) -> None:
 
 
 def _run(function: Entry, files: Files, prepare: Preparation, kept: Collection[int]) -> NoReturn:
-    """Prepare this process, and run the function."""
     code, parent = 1, os.getppid()
     try:
         os.setsid()
@@ -206,7 +211,6 @@ def _print_to(file: int) -> None:
 
 
 def _call(function: Entry, connection: socket.socket, task: object, dying: int) -> int:
-    """Call the function of this process; return the exit code."""
     process = os.getpid()
     try:
         function(connection, task)

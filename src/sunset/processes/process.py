@@ -12,7 +12,6 @@ from collections.abc import Callable, Collection
 from contextlib import suppress
 from itertools import takewhile
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Final, Self
 
 from sunset.errors import SunsetError
@@ -33,8 +32,6 @@ from sunset_ros.interruption import ENDING
 _MOST_SHOWN: Final = 1 << 20
 """Bytes of a process's output that are shown."""
 _PART: Final = 1 << 16
-_PATIENCE_S: Final = 60.0
-"""Longest wait for a keeper's message, which only a stopped server or keeper exceeds."""
 _UNPRINTABLE: Final = re.compile(r"[^\S\n\t ]|[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 _FRAME: Final = re.compile(r'File "(?P<file>[^"]+)", line (?P<line>\d+) in (?P<function>\S+)')
 
@@ -201,14 +198,10 @@ class Process:
         if self._closed:
             return
         self._closed = True
-        try:
+        with suppress(OSError):
             self._end(signal.SIGKILL)
             while self._keeper.recv(1):  # until the keeper has removed the folder
                 pass
-        except (SunsetError, OSError):
-            if self.keeper_pid:
-                with suppress(ProcessLookupError):  # it was waited for elsewhere
-                    os.kill(self.keeper_pid, signal.SIGKILL)
         self.socket.close()
         self._keeper.close()
         for file in (self._dying, self._printed):
@@ -223,9 +216,7 @@ class Process:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _ready(self, timeout_s: float | None) -> set[int]:
@@ -235,13 +226,9 @@ class Process:
 
     def _hear(self) -> None:
         """Receive the keeper's next message: the process's number, later its exit code."""
-        self._keeper.settimeout(_PATIENCE_S)
-        try:
+        message = b""
+        with suppress(ConnectionResetError):  # the server was killed before there was a keeper
             message = self._keeper.recv(STATUS.size, socket.MSG_WAITALL)
-        except TimeoutError as error:
-            raise SunsetError("A process of SUNSET was stopped, so that it does not answer.") from error
-        except ConnectionResetError:  # the server was killed before there was a keeper
-            message = b""
         if not message:
             self._ended = True
             return
@@ -310,14 +297,13 @@ def server_error() -> SunsetError:
 
 
 def open_process(
-    on_text: Callable[[str], object] | None, *, has_folder: bool = False, grace_s: float = 0.0
+    on_text: Callable[[str], object] | None, *, has_folder: bool = False
 ) -> tuple[Process, Files]:
     """Return a process that is yet to be started, and its keeper's files.
 
     Args:
         on_text: gets up to 1 MiB of output while the user waits for the process; None for output to stderr.
         has_folder: whether the process gets a temporary folder.
-        grace_s: how long the process may go on after SIGTERM when its user has ended.
     """
     folder = Path(tempfile.mkdtemp(prefix="sunset-")).resolve() if has_folder else None
     connection, theirs = socket.socketpair()
@@ -327,7 +313,7 @@ def open_process(
     for file in (printed, dying, dies):
         if file is not None:
             os.set_blocking(file, False)
-    send_document(keeper, {"folder": str(folder) if folder else "", "grace_s": grace_s})
+    send_document(keeper, str(folder or ""))
     process = Process(
         connection, keeper, printed=printed, dying=dying, folder=folder, on_text=on_text or show
     )

@@ -15,16 +15,15 @@ import sys
 import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import Final, Self
+
+import msgspec
 
 from sunset.files.sources import find_modules, is_installed
+from sunset.processes.confinement.walls import View, put_up
 from sunset.processes.forking import ONE_THREAD, signal_after_parent
 from sunset.processes.keeper import Files, keep, receive_document, send_document
 from sunset.processes.process import Process, open_process, server_error, show
-
-if TYPE_CHECKING:
-    from sunset.processes.confinement import View
 
 _PROGRAM: Final = """
 import sys
@@ -35,6 +34,12 @@ serve(*sys.argv[1:3])
 _PACKAGE: Final = Path(__file__).parents[2]
 _VARIABLES: Final = ("LANG", "LC_ALL", "LC_CTYPE", "TZ", "PYTHONHASHSEED")
 """Variables of the environment that a clean server has, too."""
+
+
+class _Order(msgspec.Struct):
+    task: object
+    folder: str
+    view: View | None
 
 
 class ForkServer:
@@ -67,10 +72,9 @@ class ForkServer:
     def start(
         self,
         task: object,
-        view: "View | None" = None,
+        view: View | None = None,
         *,
         on_text: Callable[[str], object] = show,
-        grace_s: float = 0.0,
     ) -> Process:
         """Start a process, without waiting for it.
 
@@ -78,25 +82,19 @@ class ForkServer:
             task: of the process, as JSON can hold it.
             view: the paths that a confined process sees; None for a process without walls.
             on_text: as of `open_process`.
-            grace_s: as of `open_process`.
 
         Raises:
             SunsetError: the server has ended.
             OSError: the process's folder cannot be made.
         """
-        process, files = open_process(on_text, has_folder=view is not None, grace_s=grace_s)
+        process, files = open_process(on_text, has_folder=view is not None)
         try:
             try:
                 socket.send_fds(self._door, [b"f"], files)
             finally:
                 for file in files:
                     os.close(file)
-            document = {
-                "task": task,
-                "folder": str(process.folder),
-                "view": None if view is None else view.to_json(),
-            }
-            send_document(process.socket, document)
+            send_document(process.socket, _Order(task, str(process.folder), view))
         except OSError as error:
             process.close()
             raise server_error() from error
@@ -121,9 +119,7 @@ class ForkServer:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
@@ -172,24 +168,21 @@ def serve(entry: str, prepare: str) -> None:
                 os.close(descriptor)
 
 
-def _imported(place: str) -> Callable[..., Any]:
+def _imported(place: str) -> Callable[..., object]:
     module, _, name = place.partition(":")
-    function: Callable[..., Any] = getattr(importlib.import_module(module), name)
+    function: Callable[..., object] = getattr(importlib.import_module(module), name)
     return function
 
 
 def _prepare(connection: socket.socket) -> object:
     """Receive the task of this process, put up its walls if it has any, and return the task."""
-    document = receive_document(connection)
-    if document["view"] is not None:
-        _confine(Path(document["folder"]), document["view"])
-    return document["task"]
+    order = receive_document(connection, _Order)
+    if order.view is not None:
+        _confine(Path(order.folder), order.view)
+    return order.task
 
 
-def _confine(folder: Path, fields: Mapping[str, list[str]]) -> None:
-    from sunset.processes.confinement import View, put_up  # noqa: PLC0415  only confined processes need it
-
-    view = View.from_json(fields)
+def _confine(folder: Path, view: View) -> None:
     os.chdir(folder)
     os.umask(0o077)
     os.environ["HOME"] = os.environ["TMPDIR"] = str(folder)

@@ -2,7 +2,7 @@
 
 import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import closing, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -15,10 +15,9 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 
 from sunset.errors import RecordError, shortage
-from sunset.files.bags import open_bag
 from sunset.recording.values import Payload
 from sunset.system_interfaces.msg import ImageDigest
 from sunset_ros.interfaces import get_message, message_definition, type_hash, type_name
@@ -124,7 +123,7 @@ def read_bag(folder: Path, name: str = _FILE) -> Iterator[Payload]:
     if not file.exists():
         raise RecordError(f"The record {folder} is incomplete: {name} is missing.")
     try:
-        with closing(open_bag(file)) as reader:
+        with Reader(file) as reader:
             for connection, time_ns, cdr in reader.messages():
                 name = connection.msgtype
                 topic = connection.topic.removesuffix(_stored_topic("", name))

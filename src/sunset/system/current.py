@@ -17,7 +17,7 @@ from typing import Final
 
 from sunset.errors import ExtensionError, ScenarioError
 from sunset.files.inputs import file_digest
-from sunset.files.sources import compiled_checksum, import_file, import_place, is_edited
+from sunset.files.sources import compiled_checksum, import_file, import_place
 from sunset.system.checks import check_extension, check_system
 from sunset.system.description import Adaptation, Fault
 from sunset.system.names import full_name
@@ -94,7 +94,7 @@ def load_extension(where: str | Path, *, checksum: str = "") -> None:
     is_file = str(where).endswith(".py") or Path(where).is_file()
     place = str(Path(where).resolve()) if is_file else str(where)
     known = next((loaded for loaded in loaded_extensions() if loaded.where == place), None)
-    if known and is_file and not checksum and is_edited(Path(place)):
+    if known and is_file and not checksum and file_digest(Path(place)) != known.checksum:
         raise ExtensionError(
             f"The extension {where} was edited after it was loaded: load it in a new process."
         )

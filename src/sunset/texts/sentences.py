@@ -70,26 +70,12 @@ def line_text(file: str | Path, line: int, function: str) -> str:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    r"""Return rows as CSV, with an apostrophe before texts that a spreadsheet would compute.
+    r"""Return rows as CSV.
 
-    >>> csv_text([["=1+1", "-0.5", None, True]])
-    "'=1+1,-0.5,,true\n"
+    >>> csv_text([["-0.5", None, True]])
+    '-0.5,,true\n'
     """
     out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows([_inert(cell) for cell in row] for row in rows)
+    cells = ([str(cell).lower() if isinstance(cell, bool) else cell for cell in row] for row in rows)
+    csv.writer(out, lineterminator="\n").writerows(cells)
     return out.getvalue()
-
-
-def _inert(cell: object) -> object:
-    if isinstance(cell, bool):
-        return str(cell).lower()
-    is_formula = isinstance(cell, str) and cell.startswith(tuple("=@+-\t\r")) and not _is_number(cell)
-    return f"'{cell}" if is_formula else cell
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

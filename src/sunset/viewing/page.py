@@ -16,12 +16,10 @@ import msgspec
 from sunset import __version__
 from sunset.classes import CLASSES, COLOURS
 from sunset.errors import OutputError, RecordError
-from sunset.files.inputs import open_regular
 from sunset.processes.workers import Progress
 from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions
-from sunset.viewing.collecting import View, run_view
-from sunset.viewing.frames import is_shown
+from sunset.viewing.collecting import View, is_shown, run_view
 from sunset.viewing.pictures import PicturesView, Placed, Source, make_pictures
 from sunset.viewing.words import compared
 from sunset_ros.texts import shorten
@@ -99,7 +97,7 @@ def check_page_file(file: Path) -> None:
         if not os.access(file.parent, os.W_OK):
             raise OutputError(f"The page {file} cannot be written: no permission; name another file.")
         if file.exists():
-            with open_regular(file) as opened:
+            with file.open("rb") as opened:
                 is_page = _MARK.encode() in opened.read(_HEAD)
             if not is_page:
                 raise OutputError(
@@ -147,7 +145,6 @@ def page_text(viewed: Sequence[Viewed], *, progress: Progress | None = None) -> 
 
 
 def _pictures(viewed: Sequence[Viewed], progress: Progress | None) -> tuple[PicturesView, list[list[Placed]]]:
-    """Return the pictures of runs, and the places of each run's images."""
     sources, share = [], 0.0
     for view in viewed:
         if view.images is not None:

@@ -29,12 +29,9 @@ _QUALITIES: Final = {80: 1.0, 70: 0.8, 60: 0.7, 50: 0.62}
 """Quality of WebP → approximate size of a picture, relative to the first."""
 _WIDEST: Final = 640  # pixels of a row that suffice for a page
 _BYTES_PER_PIXEL: Final = 0.6  # of all pictures of a frame together, approximately
-_LEAST: Final = 0.6  # colour and depth keep at least this share of the labels' width and height
 _SAMPLED: Final = 10  # the size of all pictures is estimated from each tenth frame
 _SURPLUS: Final = 1.02  # the margin of this estimate
 _WAITING: Final = 64  # pictures that wait to be encoded
-_MEASURED: Final = 19
-"""The loss is measured on each nineteenth picture if it is of colour; a prime, since kinds alternate."""
 _LONGEST_STRETCH: Final = 65535  # the largest number of pixels in two bytes
 _RARE: Final = 0.0005  # the share of pixels below which the legend leaves a class out
 _COLOURS: Final = 9  # colours of the depth's scale in the legend
@@ -85,30 +82,25 @@ class Placed(NamedTuple):
 
 
 class _Encoded(NamedTuple):
-    """A picture; of labels the pixels of each class (256,), and of others perhaps the mean loss of a pixel, of 255."""
+    """A picture, and of labels the pixels of each class (256,)."""
 
     data: bytes
     counts: npt.NDArray[np.int64] | None = None
-    loss: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class _Settings:
-    """The share of width and height that labels keep, the share of this that colour and depth keep, their quality."""
+    """The share of width and height that pictures keep, and the quality of colour and depth."""
 
     scale: float
-    shrink: float = 1.0
     quality: int = max(_QUALITIES)
 
     def reduced(self, plain: int, lossy: int, budget: int) -> "_Settings":
-        """Return settings for pictures that took these bytes, without and with loss; labels shrink last."""
+        """Return settings for pictures that took these bytes, without and with loss; all shrink last."""
         share = max(budget - plain, 0) / max(lossy, 1)
         for quality, size in _QUALITIES.items():
             if quality < self.quality and size / _QUALITIES[self.quality] <= share:
                 return replace(self, quality=quality)
-        shrink = self.shrink * min(sqrt(share), 0.95) * 0.97
-        if shrink >= _LEAST:
-            return replace(self, shrink=shrink)
         return replace(self, scale=self.scale * min(sqrt(budget / (plain + lossy)), 0.95) * 0.97)
 
 
@@ -124,11 +116,10 @@ class _Album:
         self._depth: DepthScale | None = None
         self._shades = np.zeros(65536, np.uint8)
 
-    def size(self, shrink: float = 1.0) -> tuple[int, int]:
+    def size(self) -> tuple[int, int]:
         """Return height and width of the stored pictures."""
         height, width = self._original or (1, 1)
-        scale = self._settings.scale * shrink
-        return max(round(height * scale), 1), max(round(width * scale), 1)
+        return max(round(height * self._settings.scale), 1), max(round(width * self._settings.scale), 1)
 
     def add(self, image: StoredImage) -> int:
         """Return the index of an image's picture, which images with the same pixels share."""
@@ -145,24 +136,18 @@ class _Album:
         if image.encoding == LABELS:
             encoded = self._pool.submit(_packed, image, self.size())
         else:
-            size, is_measured = self.size(self._settings.shrink), place % _MEASURED == 0
-            encoded = self._pool.submit(self._compressed, image, size, is_measured)
+            encoded = self._pool.submit(self._compressed, image, self.size())
         self._encoded.append(encoded)
         if place >= _WAITING:
             self._encoded[place - _WAITING].result()
         return place
 
-    def _compressed(self, image: StoredImage, size: tuple[int, int], is_measured: bool) -> _Encoded:
+    def _compressed(self, image: StoredImage, size: tuple[int, int]) -> _Encoded:
         if image.encoding == _DEPTH:
             depth = _resized(image.pixels, size, cv2.INTER_NEAREST)
             shown = cv2.applyColorMap(self._shades[depth], cv2.COLORMAP_VIRIDIS)
             return _Encoded(_webp(shown, self._settings.quality))
-        original = _resized(image.pixels, size, cv2.INTER_AREA)
-        data = _webp(original, self._settings.quality)
-        if not is_measured:
-            return _Encoded(data)
-        stored = np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), np.int16)
-        return _Encoded(data, loss=float(np.abs(original - stored).mean()))
+        return _Encoded(_webp(_resized(image.pixels, size, cv2.INTER_AREA), self._settings.quality))
 
     def sizes(self) -> tuple[int, int]:
         """Return the bytes of all pictures without loss, and of all pictures with loss."""
@@ -177,19 +162,20 @@ class _Album:
         return PicturesView(
             width=width,
             height=height,
-            note=self._note([picture.loss for picture in encoded if picture.loss is not None]),
+            note=self._note(),
             depth=self._depth,
             classes=_frequent([picture.counts for picture in encoded if picture.counts is not None]),
             data=[b64encode(picture.data).decode() for picture in encoded],
         )
 
-    def _note(self, losses: Sequence[float]) -> str:
-        original, size, shrunk = self._original or self.size(), self.size(), self.size(self._settings.shrink)
-        labels = "exact" if size == original else _scaled(original, size)
-        shown = "" if shrunk == original else f"{_scaled(original, shrunk)}, and "
-        loss = f": their pixels differ by {sum(losses) / len(losses):.1f} of 255 on average" if losses else ""
-        quality = f"WebP of quality {self._settings.quality}"
-        return f"Labels and truth are {labels}; colour and depth are {shown}{quality}{loss}."
+    def _note(self) -> str:
+        old, new = self._original or self.size(), self.size()
+        labels = "exact"
+        if new != old:
+            labels = f"scaled down from {old[1]} × {old[0]} to {new[1]} × {new[0]} pixels"
+        return (
+            f"Labels and truth are {labels}; colour and depth are WebP of quality {self._settings.quality}."
+        )
 
 
 def make_pictures(
@@ -264,10 +250,6 @@ def _packed(image: StoredImage, size: tuple[int, int]) -> _Encoded:
     classes = CLASS_OF_CARLA_ID[image.pixels] if image.topic == TRUTH_TOPIC else image.pixels
     labels = _resized(classes, size, cv2.INTER_NEAREST)
     return _Encoded(pack_labels(labels), counts=np.bincount(labels.reshape(-1), minlength=256))
-
-
-def _scaled(original: tuple[int, int], size: tuple[int, int]) -> str:
-    return f"scaled down from {original[1]} × {original[0]} to {size[1]} × {size[0]} pixels"
 
 
 def _frequent(counts: Sequence[npt.NDArray[np.int64]]) -> list[int]:

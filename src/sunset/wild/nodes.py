@@ -7,7 +7,7 @@ same parameters.
 from collections.abc import Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
-from typing import Any, Final, TypeAlias, cast
+from typing import Final, TypeAlias, cast
 
 import cv2
 import numpy as np
@@ -162,7 +162,7 @@ class WildSegmentation(_Unlisted, SegmentationNode):
         super()._on_fused(message)
 
 
-NODE_CLASSES: Final[Mapping[str, type[Any]]] = MappingProxyType(
+NODE_CLASSES: Final[Mapping[str, type[AdaptiveNode]]] = MappingProxyType(
     {
         "camera": WildCamera,
         "depth": WildDepth,

@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Final
 
 from sunset.calibration import AUC, effects
-from sunset.perception.severities import LOSSES, SeverityTable
+from sunset.perception.card import LOSSES, SeverityTable
 from sunset.system import get_fault
 from sunset.texts.sentences import csv_text
 from sunset.texts.tables import aligned

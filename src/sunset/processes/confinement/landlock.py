@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from sunset.processes.confinement._libc import checked, libc
+from sunset.processes.confinement.privileges import checked, libc
 
 _CREATE_RULESET: Final = 444
 _ADD_RULE: Final = 445
@@ -36,7 +36,7 @@ _READ: Final = _EXECUTE | _READ_FILE | _READ_DIR
 _RIGHTS: Final = {1: 13, 2: 14, 3: 15, 5: 16}
 """Version → the number of rights from this version on."""
 _NET_SINCE: Final = 4
-SCOPES_SINCE: Final = 6
+_SCOPES_SINCE: Final = 6
 """The first version that restricts abstract sockets and signals to other processes."""
 _SCOPES: Final = 0b11
 
@@ -66,7 +66,7 @@ def restrict_files(
     """Let this thread and its children open only these files and folders, where the kernel has Landlock.
 
     From version 6 on, they can also neither signal other processes nor reach abstract sockets. The process must have
-    called `forgo_privileges`. Missing paths are left out.
+    called `drop_root`. Missing paths are left out.
 
     Args:
         readable: may be read, listed and executed.
@@ -84,7 +84,7 @@ def restrict_files(
         _READ_FILE | _WRITE_FILE | _TRUNCATE: devices,
         _READ_DIR: listed,
     }
-    size = 8 if version < _NET_SINCE else 16 if version < SCOPES_SINCE else 24
+    size = 8 if version < _NET_SINCE else 16 if version < _SCOPES_SINCE else 24
     rules = _call(_CREATE_RULESET, ctypes.byref(_Ruleset(handled, 0, _SCOPES)), size, 0)
     try:
         for allowed, paths in rights.items():

@@ -17,7 +17,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Final
 
-from sunset.processes.confinement._libc import checked, libc
+from sunset.processes.confinement.privileges import checked, libc
 
 _SIZE: Final = 256 << 20
 """Bytes of all files together that a process makes."""

@@ -1,14 +1,14 @@
-"""Dropping root: the process becomes a user that owns no files."""
+"""Dropping root: the process becomes a user that owns no files; and system calls that Python lacks."""
 
 import ctypes
+import errno
 import os
 import struct
 import sys
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Final
-
-from sunset.processes.confinement._libc import checked, libc
 
 _FIRST_USER: Final = 61184
 _USERS: Final = 4336
@@ -16,13 +16,31 @@ _USERS: Final = 4336
 
 _READ_ANY_FILE: Final = 2
 _OVERRIDE: Final = 1
-_CAPABILITIES: Final = 64
-_KEEP, _DROP_BOUND, _AMBIENT, _RAISE, _CLEAR = 8, 24, 47, 2, 4
+_KEEP, _AMBIENT, _RAISE = 8, 47, 2
+_NO_NEW_PRIVILEGES: Final = 38
 _VERSION: Final = 0x20080522
 
 
+@cache
+def libc() -> ctypes.CDLL:
+    """Return the C library of this process."""
+    return ctypes.CDLL(None, use_errno=True)
+
+
+def checked(result: int) -> int:
+    """Return the result of a function of `libc`.
+
+    Raises:
+        OSError: the result is negative, since the system refuses.
+    """
+    if result < 0:
+        problem = ctypes.get_errno() or errno.EPERM
+        raise OSError(problem, os.strerror(problem))
+    return result
+
+
 def drop_root(folder: Path) -> None:
-    """Drop all capabilities, and make root an unprivileged user, which can still read what root can; on Linux.
+    """Drop all capabilities for ever, and make root an unprivileged user, which can still read what root can; on Linux.
 
     Root could signal and trace all processes, and limits on the number of its processes would not bind it. It stays
     root, without capabilities, where it may not change its user.
@@ -35,10 +53,6 @@ def drop_root(folder: Path) -> None:
     library = libc()
     permitted = _permitted() if os.geteuid() == 0 else 0
     kept = next((1 << number for number in (_READ_ANY_FILE, _OVERRIDE) if permitted >> number & 1), 0)
-    for capability in range(_CAPABILITIES):
-        if not kept >> capability & 1:
-            library.prctl(_DROP_BOUND, capability, 0, 0, 0)
-    library.prctl(_AMBIENT, _CLEAR, 0, 0, 0)
     if os.geteuid() == 0:
         library.prctl(_KEEP, 1, 0, 0, 0)
         user = _FIRST_USER + os.getpid() % _USERS
@@ -50,6 +64,7 @@ def drop_root(folder: Path) -> None:
     _set_capabilities(kept)
     if kept:  # for the programs that it starts, too
         library.prctl(_AMBIENT, _RAISE, kept.bit_length() - 1, 0, 0)
+    checked(library.prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0))
 
 
 def _permitted() -> int:

@@ -6,7 +6,6 @@ of x86-64 and of aarch64.
 
 import ctypes
 import errno
-import os
 import platform
 import struct
 import sys
@@ -14,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from typing import Final
 
-from sunset.processes.confinement._libc import checked, libc
+from sunset.processes.confinement.privileges import checked, libc
 
 _ARCHITECTURES: Final = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
 
@@ -54,23 +53,11 @@ _DENIED: Final[Mapping[str, Numbers]] = {
     "fanotify_init": (300, 262),
     # Landlock denies it only from version 3 on
     "truncate": (76, 45),
-    # they slow down other processes of the same user
-    "setpriority": (141, 140),
-    "ioprio_set": (251, 30),
 }
 
 _CLONE, _CLONE3, _SOCKET, _SOCKETPAIR, _PRCTL = (56, 220), (435, 435), (41, 198), (53, 199), (157, 167)
 _SET_SIGNAL_OF_PARENTS_DEATH: Final = 1
 """PR_SET_PDEATHSIG: a process must not outlive its keeper."""
-_OF_A_PROCESS: Final = ((302, 261), (203, 122), (144, 119), (142, 118), (314, 274))
-"""prlimit64, sched_setaffinity, sched_setscheduler, sched_setparam, sched_setattr: denied except for the caller, 0."""
-_SIGNALS: Final = ((62, 129), (234, 131), (129, 138), (297, 240))
-"""kill, tgkill, rt_sigqueueinfo, rt_tgsigqueueinfo: the first argument is the process."""
-_OTHER_SIGNALS: Final = ((200, 130), (424, 424))
-"""tkill, pidfd_send_signal."""
-_OWNERS: Final = {(72, 25): (8, 15), (16, 29): (0x8901, 0x8902)}
-"""fcntl with F_SETOWN, F_SETOWN_EX; ioctl with FIOSETOWN, SIOCSPGRP: they choose who gets the signals of a file."""
-
 _NAMESPACES: Final = 0x7E020080  # time, mount, cgroup, UTS, IPC, user, process, network
 _FAMILIES: Final = (2, 10)
 """AF_INET and AF_INET6."""
@@ -86,7 +73,7 @@ _EQUAL, _AT_LEAST, _ANY_BIT = 0x15, 0x35, 0x45
 _NUMBER, _ARCHITECTURE, _ARGUMENTS = 0, 4, 16
 _X32: Final = 0x40000000
 
-_GET_SECCOMP, _SET_SECCOMP, _FILTER, _NO_NEW_PRIVILEGES = 21, 22, 2, 38
+_GET_SECCOMP, _SET_SECCOMP, _FILTER = 21, 22, 2
 
 _INSTRUCTION: Final = struct.Struct("=HBBI")
 Instruction = tuple[int, int, int, int]
@@ -106,28 +93,17 @@ def can_filter_calls() -> bool:
     return int(libc().prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0
 
 
-def forgo_privileges() -> None:
-    """Never let this process or its children gain privileges by executing a file; on Linux."""
-    if sys.platform == "linux":
-        checked(libc().prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0))
-
-
-def filter_calls(*, signals: bool) -> None:
-    """Deny system calls to this thread and its children for ever, where `can_filter_calls`.
-
-    Args:
-        signals: whether Landlock restricts signals; if not, the process can signal only itself and its group.
-    """
-    if not can_filter_calls():
-        return
-    code = filter_program(signals=signals)
-    program = _Program(len(code) // _INSTRUCTION.size, code)
-    checked(libc().prctl(_SET_SECCOMP, _FILTER, ctypes.byref(program), 0, 0))
+def filter_calls() -> None:
+    """Deny system calls to this thread and its children for ever, where `can_filter_calls`."""
+    if can_filter_calls():
+        code = filter_program()
+        program = _Program(len(code) // _INSTRUCTION.size, code)
+        checked(libc().prctl(_SET_SECCOMP, _FILTER, ctypes.byref(program), 0, 0))
 
 
 @cache
-def filter_program(*, signals: bool) -> bytes:
-    """Return the filter for this machine; without `signals` for this process only."""
+def filter_program() -> bytes:
+    """Return the filter for this machine."""
     machine = platform.machine()
     column = [*_ARCHITECTURES].index(machine)
     program: list[Instruction] = [
@@ -138,8 +114,7 @@ def filter_program(*, signals: bool) -> bytes:
     ]
     if machine == "x86_64":  # the same calls have other numbers there
         program += [(_AT_LEAST, 0, 1, _X32), _RETURN_DENY]
-    tests = [*_tests(), *([] if signals else _signal_tests())]
-    for numbers, test in tests:
+    for numbers, test in _tests():
         program += [(_EQUAL, 0, len(test), numbers[column]), *test]
     return b"".join(_INSTRUCTION.pack(*instruction) for instruction in [*program, _RETURN_ALLOW])
 
@@ -148,10 +123,8 @@ def _tests() -> Iterator[tuple[Numbers, list[Instruction]]]:
     """Yield numbers of calls, and the instructions for each, which end in a return."""
     for numbers in _DENIED.values():
         yield numbers, [_RETURN_DENY]
-    yield (
-        _CLONE3,
-        [(_RETURN, 0, 0, _UNKNOWN)],
-    )  # a filter cannot see its flags; the C library then calls clone
+    # a filter cannot see its flags; the C library then calls clone
+    yield _CLONE3, [(_RETURN, 0, 0, _UNKNOWN)]
     yield _CLONE, [_argument(0), (_ANY_BIT, 0, 1, _NAMESPACES), _RETURN_DENY, _RETURN_ALLOW]
     # other families are local: D-Bus, Docker, X11
     netlink = [(_EQUAL, 0, 4, _NETLINK), _argument(2), *_allow_any([0])]
@@ -159,20 +132,6 @@ def _tests() -> Iterator[tuple[Numbers, list[Instruction]]]:
     # a pair for datagrams could send to any path
     yield _SOCKETPAIR, [_argument(1), (_AND, 0, 0, _TYPE), *_allow_any((_STREAM, _SEQPACKET))]
     yield _PRCTL, [_argument(0), (_EQUAL, 0, 1, _SET_SIGNAL_OF_PARENTS_DEATH), _RETURN_DENY, _RETURN_ALLOW]
-    for numbers in _OF_A_PROCESS:
-        yield numbers, [_argument(0), *_allow_any([0])]
-
-
-def _signal_tests() -> Iterator[tuple[Numbers, list[Instruction]]]:
-    """Yield as `_tests` for signals, which Landlock restricts from Linux 6.12 on."""
-    own = os.getpid()
-    for numbers in _SIGNALS:
-        yield numbers, [_argument(0), *_allow_any([0, own, -own & 0xFFFFFFFF])]
-    for numbers in _OTHER_SIGNALS:
-        yield numbers, [_RETURN_DENY]
-    for numbers, orders in _OWNERS.items():
-        denied = [part for order in orders for part in ((_EQUAL, 0, 1, order), _RETURN_DENY)]
-        yield numbers, [_argument(1), *denied, _RETURN_ALLOW]
 
 
 def _argument(index: int) -> Instruction:

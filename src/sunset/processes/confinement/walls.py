@@ -5,22 +5,17 @@ import resource
 import site
 import sys
 import sysconfig
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Final, Self
+from typing import Final
 
 from sunset.files.sources import PACKAGES, has_libraries
-from sunset.processes.confinement.landlock import SCOPES_SINCE, landlock_version, restrict_files
+from sunset.processes.confinement.landlock import landlock_version, restrict_files
 from sunset.processes.confinement.namespaces import can_enclose, enclose
 from sunset.processes.confinement.privileges import drop_root
-from sunset.processes.confinement.seccomp import (
-    can_filter_calls,
-    filter_calls,
-    filter_program,
-    forgo_privileges,
-)
+from sunset.processes.confinement.seccomp import can_filter_calls, filter_calls, filter_program
 
 WALLS: Final = {
     "Landlock": "the user's files can be read and written",
@@ -40,23 +35,9 @@ _HIDDEN: Final = (PACKAGES["sunset"] / "wild").resolve()
 """Faults that no catalogue lists, which no confined process can read."""
 _SYSTEM: Final = (
     *("/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64"),
-    *(
-        "/etc/alternatives",
-        "/etc/ld.so.cache",
-        "/etc/localtime",
-        "/etc/timezone",
-        "/etc/ssl",
-        "/etc/pki",
-        "/etc/ca-certificates",
-    ),
-    *(
-        "/etc/resolv.conf",
-        "/etc/hosts",
-        "/etc/host.conf",
-        "/etc/nsswitch.conf",
-        "/etc/gai.conf",
-        "/etc/services",
-    ),
+    *("/etc/alternatives", "/etc/ld.so.cache", "/etc/localtime", "/etc/timezone"),
+    *("/etc/ssl", "/etc/pki", "/etc/ca-certificates", "/etc/services"),
+    *("/etc/resolv.conf", "/etc/hosts", "/etc/host.conf", "/etc/nsswitch.conf", "/etc/gai.conf"),
     *("/dev/zero", "/dev/random", "/dev/urandom"),
 )
 """Paths that programs need, without files of users."""
@@ -73,15 +54,6 @@ class View:
     """Folders in which modules are looked up before all others; they cannot be listed."""
     readable: tuple[Path, ...] = ()
     """Files that can be read and executed, and folders with all files in them."""
-
-    def to_json(self) -> dict[str, list[str]]:
-        """Return the paths as JSON can hold them."""
-        return {name: list(map(str, paths)) for name, paths in asdict(self).items()}
-
-    @classmethod
-    def from_json(cls, fields: Mapping[str, list[str]]) -> Self:
-        """Return the view of which `to_json` was called."""
-        return cls(**{name: tuple(map(Path, paths)) for name, paths in fields.items()})
 
 
 def missing_walls() -> dict[str, str]:
@@ -119,7 +91,6 @@ def put_up(view: View, folder: Path) -> None:
     if enclosing():
         enclose((*seen, *_DEVICES), folder)
     drop_root(folder)
-    forgo_privileges()
     parts = [_without_hidden(place) for place in seen]
     restrict_files(
         [part for readable, _ in parts for part in readable],
@@ -127,7 +98,7 @@ def put_up(view: View, folder: Path) -> None:
         _DEVICES,
         listed=[part for _, listed in parts for part in listed],
     )
-    filter_calls(signals=landlock_version() >= SCOPES_SINCE)
+    filter_calls()
 
 
 @cache
@@ -141,7 +112,8 @@ def prepare() -> None:
     for place in _needed():
         _without_hidden(place)
     enclosing()
-    filter_program(signals=landlock_version() >= SCOPES_SINCE)
+    if can_filter_calls():
+        filter_program()
 
 
 @cache
@@ -167,7 +139,6 @@ def limit_memory() -> None:
 
 
 def _limit_resources() -> None:
-    """Limit the resources of this process and of its children."""
     _lower(resource.RLIMIT_DATA, MEMORY)
     _lower(resource.RLIMIT_FSIZE, _FILE)
     _lower(resource.RLIMIT_NOFILE, _OPEN_FILES)
@@ -193,7 +164,6 @@ def _tasks() -> int:
 
 @cache
 def _needed() -> tuple[Path, ...]:
-    """Return the paths that Python and programs need."""
     programs = Path("/etc").glob("java-*")  # Debian's configuration of Java
     places = dict.fromkeys([*map(Path, _SYSTEM), *programs, *PACKAGES.values(), *_python()])
     # this user may not be allowed into the home of the interpreter's owner

@@ -12,7 +12,7 @@ from sunset.cli.progress import rendering_stages, stages_progress
 from sunset.errors import MissingExtraError
 from sunset.files.outputs import make_folder, write_text
 from sunset.files.schemas import document_text
-from sunset.perception.severities import SEVERITIES_NAME
+from sunset.perception.card import SEVERITIES_NAME
 from sunset_lab.curves_text import as_csv, as_json, as_text, severity_table
 from sunset_lab.plots import draw
 

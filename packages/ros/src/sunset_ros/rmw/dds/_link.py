@@ -15,7 +15,7 @@ from sunset_ros.rmw.dds import _library as dds
 from sunset_ros.rmw.dds import _wheel as wheel
 from sunset_ros.rmw.dds._config import Configuration
 from sunset_ros.rmw.dds._graph import (
-    GraphListener,
+    Graph,
     NodeEntities,
     Participant,
     decode_participant,
@@ -102,7 +102,7 @@ class Link:
         on_data: Callable[[int], None],
         on_problem: Callable[[str, str], None],
         on_failure: Callable[[Exception], None],
-        listener: GraphListener,
+        listener: Graph,
     ) -> None:
         self._domain_id = configuration.domain_id
         self._on_data = on_data

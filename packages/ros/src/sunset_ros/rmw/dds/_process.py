@@ -8,93 +8,215 @@ network.
 
 import atexit
 import threading
-from collections.abc import Callable, Mapping, Sequence
+import time
+from abc import abstractmethod
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import partial
+from itertools import count
 from queue import Empty
 from typing import Final
 
 from sunset_ros.errors import MiddlewareError
-from sunset_ros.interfaces import Message, type_hash, type_name
-from sunset_ros.rmw.core.node import NodeHandle, Parts
+from sunset_ros.rmw.core.live import LiveProcess
+from sunset_ros.rmw.core.node import Endpoint, Entity, NodeHandle
 from sunset_ros.rmw.core.port import EndpointInfo
-from sunset_ros.rmw.dds import _wheel as wheel
-from sunset_ros.rmw.dds._config import read_configuration
-from sunset_ros.rmw.dds._entity import DdsPosted, DdsTimer
-from sunset_ros.rmw.dds._host import DdsEndpoint, DdsEntity, DdsHost
-from sunset_ros.rmw.dds._names import dds_type_name
-from sunset_ros.rmw.dds._services import DdsClient, DdsService
-from sunset_ros.rmw.dds._topics import DdsPublisher, DdsSubscription
+from sunset_ros.rmw.dds._config import Configuration
+from sunset_ros.rmw.dds._graph import Graph, NodeEntities
+from sunset_ros.rmw.dds._link import FIRST_NUMBER, Link
+from sunset_ros.rmw.dds._queue import WaitingLine
 
 _STEP_S: Final = 0.005
 _PARTING_NS: Final = 1_500_000_000
 """How long a process that leaves waits until clients can receive their responses."""
 _LONG_NS: Final = 3600 * 10**9
+_REPORT_EVERY_NS: Final = 10 * 10**9
 
 
-def prepare() -> None:
-    """Do the work for all imported messages that forks of this process share; join no network, start no thread."""
-    for kind in Message.__subclasses__():
-        wheel.prepare(dds_type_name(type_name(kind)))
-        type_hash(kind)
+class DdsEntity(Entity):
+    """A part of a node that has callbacks."""
+
+    process: "DdsProcess"
+
+    @abstractmethod
+    def take_turn(self) -> bool:
+        """Do a piece of work; return whether a callback ran."""
 
 
-class CycloneDDS(DdsHost):
-    """A process on DDS, to be given to `Context.init(middleware=…)`.
+class _DdsPosted(DdsEntity):
+    """A posted call, from any thread."""
 
-    Args:
-        domain_id: the domain, 0 to 232; ROS_DOMAIN_ID, else 0, if None.
-        network: whether to communicate beyond this computer.
-        distro: the ROS 2 distribution of other nodes, such as "jazzy" or "humble", which decides the form of
-            announcements; None to begin with the form of ROS_DISTRO, and adapt to other nodes.
-        environment: has ROS_DOMAIN_ID, ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE, ROS_DISTRO and
-        CYCLONEDDS_URI;
-            `os.environ` if None.
+    def __init__(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
+        super().__init__(node, label)
+        self._handler = handler
+
+    def take_turn(self) -> bool:
+        if not self.node.alive:
+            return False
+        self.process.call(self, self._handler)
+        return True
+
+
+class DdsEndpoint(Endpoint):
+    """A part that is visible on the graph, with the GUIDs of its DDS readers and writers."""
+
+    process: "DdsProcess"
+    readers: tuple[bytes, ...] = ()
+    writers: tuple[bytes, ...] = ()
+
+    def join(self) -> None:
+        super().join()
+        self.process.endpoints_here[self] = None
+        self.process.announce()
+
+    def retire(self) -> None:
+        super().retire()
+        self.process.endpoints_here.pop(self, None)
+
+    def destroy(self) -> None:
+        if self.alive:
+            self.retire()
+            self.process.announce()
+
+    def reliable_writers(self) -> tuple[int, ...]:
+        """Return the DDS writers whose samples must arrive before the process leaves."""
+        return ()
+
+    def settle(self) -> bool:
+        """Send samples that wait for their receiver, if it has come; return whether none is left."""
+        return True
+
+
+class DdsProcess(LiveProcess):
+    """A process on DDS, without the classes of its parts.
 
     Attributes:
-        domain_id: the domain.
+        link: its participant.
         problems: topic, service or node → number of samples that could not be used.
-
-    Raises:
-        MiddlewareError: a setting cannot be used, or the domain cannot be entered.
+        alarms: part → time of its next turn, by the steady clock.
+        endpoints_here: the endpoints of its nodes, by age.
+        readers: number of a DDS reader → the part that takes its samples.
+        numbers: new numbers for readers.
     """
 
-    def __init__(
-        self,
-        *,
-        domain_id: int | None = None,
-        network: bool = False,
-        distro: str | None = None,
-        environment: Mapping[str, str] | None = None,
-    ) -> None:
-        configuration = read_configuration(environment, domain_id=domain_id, network=network, distro=distro)
-        super().__init__(configuration)
-        self._parts = Parts(
-            publisher=partial(DdsPublisher, self),
-            subscription=partial(DdsSubscription, self),
-            client=partial(DdsClient, self),
-            service=partial(DdsService, self),
-            timer=partial(DdsTimer, self),
-        )
+    _end_text = "The process has left the network."
+
+    def __init__(self, configuration: Configuration) -> None:
+        self.domain_id = configuration.domain_id
+        self.describes_types = configuration.announces_hashes
+        self.problems: Counter[str] = Counter()
+        self.alarms: dict[DdsEntity, int] = {}
+        self.endpoints_here: dict[DdsEndpoint, None] = {}
+        self.readers: dict[int, DdsEntity] = {}
+        self.numbers = count(FIRST_NUMBER)
+        self._nodes: dict[NodeHandle, None] = {}
+        self._queue: WaitingLine[DdsEntity | None] = WaitingLine()
+        self._ids = count(1)
+        self._reported: dict[str, tuple[int, int]] = {}
+        self._failure: Exception | None = None
+        self._spinning = False
+        self._calling = False
+        self._undisturbed = 0
+        self._graph = Graph()
+        self.link = Link(configuration, self._on_data, self.report, self._on_failure, self._graph)
         atexit.register(self._leave)
 
-    def __repr__(self) -> str:
-        return f"<CycloneDDS domain {self.domain_id} {'alive' if self.alive else 'ended'}>"
+    # Called on the thread that waits for samples
+
+    def _on_data(self, number: int) -> None:
+        entity = self.readers.get(number)
+        if entity is not None:
+            self._queue.put(entity)
+
+    def _on_failure(self, error: Exception) -> None:
+        self._failure = error
+        self._queue.put(None)
+
+    # For its nodes and their parts
+
+    def queue(self, entity: DdsEntity) -> None:
+        """Line up an entity for a turn."""
+        self._queue.put(entity)
+
+    def remove(self, node: NodeHandle) -> None:
+        if node in self._nodes:
+            del self._nodes[node]
+            self.announce()
+
+    def announce(self) -> None:
+        """Announce the nodes and endpoints of this process."""
+        self.link.announce(self._describe_nodes())
+
+    def _describe_nodes(self) -> Iterator[NodeEntities]:
+        for node in self._nodes:
+            ends = [end for end in self.endpoints_here if end.node is node]
+            yield NodeEntities(
+                node.namespace,
+                node.name,
+                tuple(guid for end in ends for guid in end.readers),
+                tuple(guid for end in ends for guid in end.writers),
+            )
+
+    @contextmanager
+    def undisturbed(self) -> Iterator[None]:
+        """Delay a shutdown by a signal handler until the context ends."""
+        self._undisturbed += 1
+        try:
+            yield
+        finally:
+            self._undisturbed -= 1
+            if self._ending and not (self._spinning or self._undisturbed):
+                self._leave()
+
+    def new_endpoint_id(self) -> str:
+        """Return a new id for both ends of a client or server."""
+        first, *others = self.link.guid[:12] + next(self._ids).to_bytes(4, "big")
+        return ".".join([f"{first:2x}", *(f"{byte:x}" for byte in others)])
+
+    def call(self, entity: DdsEntity, handler: Callable[..., None], *arguments: object) -> None:
+        """Call a handler, whose exceptions become a `CallbackError`."""
+        self._calling = True
+        try:
+            entity.call(handler, *arguments)
+        finally:
+            self._calling = False
+
+    def report(self, where: str, problem: str, node: NodeHandle | None = None) -> None:
+        """Count unusable data of a topic or service, and warn a node, the first of the process if None.
+
+        The problem is the end of a sentence. Each place has at most one warning in 10 s.
+        """
+        self.problems[where] += 1
+        node = node or next(iter(tuple(self._nodes)), None)
+        warn = None if node is None else node.warn
+        now = self.steady_ns()
+        reported_ns, reported = self._reported.get(where, (now - _REPORT_EVERY_NS, 0))
+        if node is None or warn is None or now - reported_ns < _REPORT_EVERY_NS:
+            return
+        self._reported[where] = (now, self.problems[where])
+        unreported = self.problems[where] - reported - 1
+        more = f" There were {unreported} more since the last such message." if unreported else ""
+        with suppress(MiddlewareError):  # another thread may have ended the node meanwhile
+            node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
 
     # The port
 
-    @property
-    def describes_types(self) -> bool:
-        return self.link.announces_hashes
+    def now_ns(self) -> int:
+        return time.time_ns()
+
+    def steady_ns(self) -> int:
+        return time.monotonic_ns()
 
     def create_node(self, name: str, namespace: str) -> NodeHandle:
-        node = NodeHandle(self, self._parts, name, namespace)
+        node = NodeHandle(self, name, namespace)
         self._nodes[node] = None
         self.announce()
         return node
 
     def post(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         """Call a handler of a node once, after all ready callbacks; any thread may call this."""
-        self.queue(DdsPosted(self, node, handler, label))
+        self.queue(_DdsPosted(node, handler, label))
 
     def spin_once(self, timeout_ns: int | None) -> bool:
         if self._calling:
@@ -138,8 +260,6 @@ class CycloneDDS(DdsHost):
 
     def _line_up_timers(self) -> int | None:
         """Line up timers with due alarms, the earliest first; return the time of the next alarm."""
-        if not self.alarms:
-            return None
         now = self.steady_ns()
         for entity, alarm_ns in sorted(self.alarms.items(), key=lambda alarm: alarm[1]):
             if alarm_ns > now:
@@ -168,10 +288,6 @@ class CycloneDDS(DdsHost):
     def wake(self) -> None:
         self._queue.put(None)
 
-    @property
-    def alive(self) -> bool:
-        return self._alive and not self._ending
-
     def shutdown(self) -> None:
         """Leave the network, at once or when a running `spin_once` returns; on any thread."""
         if self._spinning or self._undisturbed:
@@ -193,7 +309,7 @@ class CycloneDDS(DdsHost):
             node.alive = False
             node.entities = {}
         # replaced, not cleared: the code that a signal handler has interrupted may iterate over them
-        self._nodes, self.alarms, self._readers, self.endpoints_here = {}, {}, {}, {}
+        self._nodes, self.alarms, self.readers, self.endpoints_here = {}, {}, {}, {}
         self.link.leave(writers)
         atexit.unregister(self._leave)
         self.wake()

@@ -18,11 +18,11 @@ from sunset_ros.rmw.core.tap import Tap
 from sunset_ros.rmw.dds import _wheel as wheel
 from sunset_ros.rmw.dds._channels import Channel, Channels
 from sunset_ros.rmw.dds._config import read_configuration
-from sunset_ros.rmw.dds._graph import GraphListener, Participant
+from sunset_ros.rmw.dds._endpoints import split_sample
+from sunset_ros.rmw.dds._graph import Graph, Participant
 from sunset_ros.rmw.dds._link import Link
 from sunset_ros.rmw.dds._names import OBSERVER, RosName, parse_user_data, ros_name
 from sunset_ros.rmw.dds._queue import WaitingLine
-from sunset_ros.rmw.dds._services import split_sample
 
 _HOLD_NS: Final = 100_000_000
 """How long a sample waits for samples that were sent earlier and come later."""
@@ -64,25 +64,18 @@ class _Server(NamedTuple):
     gone_ns: int | None = None
 
 
-class _News(GraphListener):
+class _News(Graph):
     """Queues news of the graph."""
 
     def __init__(self, queue: WaitingLine[object]) -> None:
+        super().__init__()
         self._queue = queue
-        self._participants: set[bytes] = set()
-
-    def learn_participants(self, participants: Sequence[tuple[bytes, bool]]) -> None:
-        for guid, alive in participants:
-            if alive:
-                self._participants.add(guid)
-            else:
-                self._participants.discard(guid)
 
     def learn_nodes(self, participant: Participant) -> bool:
-        if participant.guid not in self._participants:
-            return False
-        self._queue.put(participant)
-        return True
+        is_known = super().learn_nodes(participant)
+        if is_known:
+            self._queue.put(participant)
+        return is_known
 
     def learn_endpoints(self, endpoints: Sequence[wheel.Endpoint], *, writers: bool) -> None:
         for endpoint in endpoints:

@@ -3,52 +3,32 @@
 import os
 import threading
 from collections.abc import Callable, Sequence
-from functools import partial
 from itertools import count
-from typing import Final
+from typing import Self
 
 from sunset_ros.errors import MiddlewareError
-from sunset_ros.rmw.core.node import NodeHandle, Parts
-from sunset_ros.rmw.core.port import CallbackError, EndpointInfo, SubscriptionHandle
-from sunset_ros.rmw.remote._entity import (
-    RemoteClient,
-    RemoteHost,
-    RemoteNode,
-    RemotePublisher,
-    RemoteService,
-    RemoteSubscription,
-    RemoteTimer,
-)
+from sunset_ros.rmw.core.node import Middleware, NodeHandle
+from sunset_ros.rmw.core.port import CallbackError, EndpointInfo
 from sunset_ros.rmw.remote._protocol import (
-    LONGEST,
+    Act,
     Answer,
-    AskEndpoints,
-    AskNodes,
+    Ask,
     Call,
     Change,
     Check,
-    Defer,
-    Destroy,
     Done,
     EndError,
     MakeNode,
+    MakeTimer,
     Order,
     Pipe,
-    Post,
-    Publish,
     Question,
     Raised,
-    Respond,
-    Shutdown,
-    Spin,
     Statement,
     Wait,
     decode_orders,
     encode,
 )
-
-_MOST: Final = LONGEST // 4
-"""The most bytes of a message, and of all but the last message in a frame."""
 
 
 def describe_error(error: BaseException) -> str:
@@ -56,49 +36,49 @@ def describe_error(error: BaseException) -> str:
     return f"raised {type(error).__name__}: {error}"
 
 
-class RemoteProcess(RemoteHost):
-    """A process outside of its simulation, or network.
+class RemoteNode(NodeHandle):
+    """A node with its number in the protocol."""
 
-    `main` and the callbacks run when the gateway calls them. A simulation's time stands still meanwhile.
+    process: "RemoteHost"
+    number: int
 
-    Args:
-        pipe: the connection to the gateway.
-        main: makes the nodes.
-        describe: describes an exception of `main` or a callback as the end of a sentence.
-        describes_types: whether its nodes offer descriptions of their types, as live nodes do.
+    def attach(self) -> None:
+        super().attach()
+        self.process.request(Act(self.number, "attach"))
+
+    def detach(self) -> None:
+        super().detach()
+        self.process.request(Act(self.number, "detach"))
+
+
+class RemoteHost(Middleware):
+    """A process outside of its simulation, or network, without the classes of its parts.
+
+    Attributes:
+        handlers: handlers that the gateway calls, by number.
     """
 
     def __init__(
         self,
         pipe: Pipe,
-        main: "Callable[[RemoteProcess], None]",
+        main: Callable[[Self], None],
         describe: Callable[[BaseException], str] = describe_error,
         *,
         describes_types: bool = False,
     ) -> None:
-        self.handlers = {0: lambda _: main(self)}
+        self.handlers: dict[int, Callable[[Call], None]] = {0: lambda _: main(self)}
+        self.describes_types = describes_types
         self._pipe = pipe
         self._describe = describe
-        self._describes_types = describes_types
         self._statements: list[Statement] = []
-        self._size = 0
         self._numbers = count(1)
         self._nodes: dict[NodeHandle, None] = {}
         self._thread = threading.get_ident()
         self._now = 0
-        self._alive = True
-        self._ending = False
         self._in_callback = False
         self._raised: BaseException | None = None
         self._process = os.getpid()
         self._predicates: list[Callable[[], bool]] = []
-        self._parts = Parts(
-            publisher=partial(RemotePublisher, self),
-            subscription=partial(RemoteSubscription, self),
-            client=partial(RemoteClient, self),
-            service=partial(RemoteService, self),
-            timer=partial(RemoteTimer, self),
-        )
 
     def serve(self) -> None:
         """Carry out the gateway's orders until it closes its end of the pipe."""
@@ -142,29 +122,25 @@ class RemoteProcess(RemoteHost):
     def _send(self, last: Statement) -> None:
         if os.getpid() != self._process:  # a fork that a callback has made
             os._exit(0)
-        statements, self._statements, self._size = self._statements, [], 0
+        statements, self._statements = self._statements, []
         statements.append(last)
         self._pipe.send(encode(statements))
 
     # For its parts
 
-    def new_number(self) -> int:
-        return next(self._numbers)
+    def new_number(self, handler: Callable[[Call], None]) -> int:
+        """Return a new number of a handler."""
+        number = next(self._numbers)
+        self.handlers[number] = handler
+        return number
 
     def request(self, change: Change) -> None:
-        if not self._alive:
-            return
-        if isinstance(change, Publish | Respond):
-            if len(change.body) > _MOST:
-                raise MiddlewareError(
-                    f"A message must be at most {_MOST} bytes long, got {len(change.body)}."
-                )
-            self._size += len(change.body)
-        self._statements.append(change)
-        if self._size > _MOST:  # more does not fit into a frame
-            self.ask(AskNodes())
+        """Send a change to the gateway, at the latest with the next turn."""
+        if self._alive:
+            self._statements.append(change)
 
     def ask(self, question: Question) -> Answer:
+        """Return the gateway's answer to a question."""
         if threading.get_ident() != self._thread:
             raise MiddlewareError("Only the thread that runs the callbacks may ask the simulation something.")
         self._send(question)
@@ -184,16 +160,7 @@ class RemoteProcess(RemoteHost):
             raise MiddlewareError(order.error)
         return order
 
-    def defer(self, subscription: SubscriptionHandle) -> None:
-        """Delay calls of a subscription's handler until the next other call: it must only store the messages."""
-        assert isinstance(subscription, RemoteSubscription)  # noqa: S101  made here
-        self.request(Defer(subscription.number))
-
     # The port
-
-    @property
-    def describes_types(self) -> bool:
-        return self._describes_types
 
     def now_ns(self) -> int:
         """The time of the network; constant during a callback."""
@@ -202,8 +169,8 @@ class RemoteProcess(RemoteHost):
     steady_ns = now_ns
 
     def create_node(self, name: str, namespace: str) -> NodeHandle:
-        node = RemoteNode(self, self._parts, name, namespace)
-        node.number = self.new_number()
+        node = RemoteNode(self, name, namespace)
+        node.number = next(self._numbers)
         self._nodes[node] = None
         self.request(MakeNode(node.number, name, namespace))
         return node
@@ -211,50 +178,38 @@ class RemoteProcess(RemoteHost):
     def post(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         assert isinstance(node, RemoteNode)  # noqa: S101  made here
         node.check_alive()
-        number = self.new_number()
 
         def run(_: Call) -> None:
             del self.handlers[number]
             handler()
 
-        self.handlers[number] = run
-        self.request(Post(number, node.number, label))
+        number = self.new_number(run)
+        self.request(MakeTimer(number, node.number, None, label))
 
     def remove(self, node: NodeHandle) -> None:
         assert isinstance(node, RemoteNode)  # noqa: S101  made here
         if node in self._nodes:
             del self._nodes[node]
-            self.request(Destroy(node.number))
+            self.request(Act(node.number, "destroy"))
 
     def spin_once(self, timeout_ns: int | None) -> bool:
         """Let the whole world go on until a callback of this process has run."""
         self.check_alive()
-        return bool(self.ask(Spin(timeout_ns)).value)
+        return bool(self.ask(Wait(True, timeout_ns)).value)
 
     def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
         if self._in_callback:
             return predicate()
         self._predicates.append(predicate)
         try:
-            return bool(self.ask(Wait(timeout_ns)).value)
+            return bool(self.ask(Wait(False, timeout_ns)).value)
         finally:
             self._predicates.pop()
-
-    def wake(self) -> None:
-        """Do nothing: while `spin_once` runs, nothing else does."""
-
-    @property
-    def alive(self) -> bool:
-        return self._alive and not self._ending
-
-    def check_alive(self) -> None:
-        if not self._alive:
-            raise MiddlewareError("The process has ended.")
 
     def shutdown(self) -> None:
         if not self.alive:
             return
-        self.request(Shutdown())
+        self.request(Act(0, "shutdown"))
         self._ending = True
         if not self._in_callback:
             self._end()
@@ -266,7 +221,7 @@ class RemoteProcess(RemoteHost):
             node.destroy()
 
     def nodes(self) -> Sequence[tuple[str, str]]:
-        return self.ask(AskNodes()).nodes
+        return self.ask(Ask(0, "nodes")).nodes
 
     def endpoints(self, name: str | None = None) -> Sequence[EndpointInfo]:
-        return self.ask(AskEndpoints(name)).endpoints
+        return self.ask(Ask(0, "endpoints", name)).endpoints

@@ -14,11 +14,9 @@ from sunset_ros.interfaces import Message, Service
 from sunset_ros.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.rmw.core.tap import Tap
-from sunset_ros.rmw.sim._compute import ComputeModel
-from sunset_ros.rmw.sim._network import Network
+from sunset_ros.rmw.sim._endpoints import PARTS, SimClient
+from sunset_ros.rmw.sim._network import ComputeModel, Network, Priority
 from sunset_ros.rmw.sim._process import SimProcess
-from sunset_ros.rmw.sim._scheduler import Priority
-from sunset_ros.rmw.sim._services import SimClient
 
 
 class Simulation:
@@ -67,7 +65,7 @@ class Simulation:
             is_protected: whether callbacks and requests of the process take no time and use no queue of others, so that
                 other processes can neither delay nor notice them.
         """
-        return SimProcess(self._network, name, around, is_protected=is_protected)
+        return SimProcess(self._network, PARTS, name, around, is_protected=is_protected)
 
     def run_until(self, t_ns: int) -> None:
         """Let all events until `t_ns` happen; the clock then shows `t_ns`.
@@ -107,7 +105,7 @@ class Simulation:
         process = self.create_process("playback")
         node = process.create_node("playback", "/")
         for t_ns, name, kind, request in requests:
-            client = SimClient(process, node, kind, name, QoSProfile(), handler=lambda *_: None, label="")
+            client = SimClient(node, kind, name, QoSProfile())
             self._network.scheduler.add(t_ns, Priority.PLAYBACK, client.play_back, request)
 
     def add_tap(self, tap: Tap) -> None:

@@ -21,13 +21,13 @@ class LiveProcess(Middleware):
 
 
 class LiveObserver(ABC):
-    """Passes the events of a domain to a tap; as a context manager it leaves at the end."""
+    """Passes the events of a domain to a tap; as a context manager it finishes and leaves at the end."""
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        self.close()
+    @abstractmethod
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None: ...
 
     @abstractmethod
     def check(self) -> None:
@@ -40,14 +40,6 @@ class LiveObserver(ABC):
     @abstractmethod
     def finish(self) -> None:
         """Pass the remaining events to the tap, and no more from now on.
-
-        Raises:
-            Exception: the tap raised it.
-        """
-
-    @abstractmethod
-    def close(self) -> None:
-        """Pass the remaining events to the tap, and leave the network.
 
         Raises:
             Exception: the tap raised it.

@@ -1,6 +1,5 @@
 """The readers of an observer: one reader for each topic on the graph, two for each service."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
 from typing import NamedTuple
@@ -14,7 +13,6 @@ from sunset_ros.rmw.core.qos import (
     ReliabilityPolicy,
     incompatibility,
 )
-from sunset_ros.rmw.dds import _library as dds
 from sunset_ros.rmw.dds._link import FIRST_NUMBER, Link
 from sunset_ros.rmw.dds._names import OBSERVER, RosName, topic_name, topic_names_of_service
 
@@ -26,7 +24,6 @@ class Channel(NamedTuple):
 
     Attributes:
         reader: the DDS reader.
-        condition: holds while the reader has samples.
         writers: the kind of its writers: publishers, clients (of requests) or services (of responses).
         name: the name of the topic or service.
         message: the class of its samples.
@@ -34,7 +31,6 @@ class Channel(NamedTuple):
     """
 
     reader: int
-    condition: int
     writers: EndpointKind
     name: str
     message: type[Message]
@@ -42,23 +38,16 @@ class Channel(NamedTuple):
 
 
 class Channels:
-    """The readers of an observer's participant, which keep all samples until they are taken."""
+    """The readers of an observer's participant, which keep all samples until they are taken.
+
+    Attributes:
+        by_number: the channels by the numbers of their readers.
+    """
 
     def __init__(self, link: Link) -> None:
+        self.by_number: dict[int, Channel] = {}
         self._link = link
         self._numbers = count(FIRST_NUMBER)
-        self._channels: dict[int, Channel] = {}
-
-    def __iter__(self) -> Iterator[Channel]:
-        return iter(list(self._channels.values()))
-
-    def get(self, number: int) -> Channel | None:
-        """Return the channel of a number; None if there is none."""
-        return self._channels.get(number)
-
-    def watch(self, number: int) -> None:
-        """Watch once whether a channel has samples."""
-        self._link.waitset.watch(number, self._channels[number].condition)
 
     def listen(self, ros: RosName, qos: QoSProfile) -> None:
         """Make readers for the topic or service of an endpoint, unless existing readers hear it."""
@@ -75,23 +64,15 @@ class Channels:
         return next(compatible, channel) is channel
 
     def _of(self, name: str, message: type[Message]) -> list[Channel]:
-        return [
-            channel
-            for channel in self._channels.values()
-            if (channel.name, channel.message) == (name, message)
-        ]
+        return [each for each in self.by_number.values() if (each.name, each.message) == (name, message)]
 
     def _listen_to_service(self, ros: RosName) -> None:
         service = get_service(ros.type_name)
-        if self._of(ros.name, service.Request):
-            return
-        requests, responses = topic_names_of_service(ros.name)
-        for topic, message, writers, own_id in (
-            (requests, service.Request, EndpointKind.CLIENT, "serviceid"),
-            (responses, service.Response, EndpointKind.SERVICE, "clientid"),
-        ):
+        if not self._of(ros.name, service.Request):
+            requests, responses = topic_names_of_service(ros.name)
             # a unique id, which matches no client and no server
-            self._open(topic, writers, ros.name, message, own_id=f"{own_id}={OBSERVER};")
+            self._open(requests, EndpointKind.CLIENT, ros, service.Request, id_key="serviceid")
+            self._open(responses, EndpointKind.SERVICE, ros, service.Response, id_key="clientid")
 
     def _listen_to_topic(self, ros: RosName, qos: QoSProfile) -> None:
         message = get_message(ros.type_name)
@@ -103,19 +84,20 @@ class Channels:
         elif any(incompatibility(qos, channel.qos) is None for channel in there):
             return
         qos = replace(qos, history=HistoryPolicy.KEEP_ALL, lifespan_ns=None)
-        self._open(topic_name(ros.name), EndpointKind.PUBLISHER, ros.name, message, qos=qos)
+        self._open(topic_name(ros.name), EndpointKind.PUBLISHER, ros, message, qos=qos)
 
     def _open(
         self,
         topic: str,
         writers: EndpointKind,
-        name: str,
+        ros: RosName,
         message: type[Message],
         *,
         qos: QoSProfile = _SERVICE_QOS,
-        own_id: str = "",
+        id_key: str = "own",
     ) -> None:
-        reader = self._link.create_reader(topic, message, qos, f"{OBSERVER}=1;{own_id}")
+        user_data = f"{OBSERVER}=1;{id_key}={OBSERVER};"
+        reader = self._link.create_reader(topic, message, qos, user_data)
         number = next(self._numbers)
-        self._channels[number] = Channel(reader, dds.data_condition(reader), writers, name, message, qos)
-        self.watch(number)
+        self.by_number[number] = Channel(reader, writers, ros.name, message, qos)
+        self._link.waitset.add(number, reader)

@@ -74,16 +74,15 @@ class _Reading(DdsEndpoint, DdsEntity):
         self.readers = (dds.guid_of(self._reader),)
 
     def join(self) -> None:
-        self._condition = dds.data_condition(self._reader)
         self._number = next(self.process.numbers)
         self.process.readers[self._number] = self
         super().join()
-        self.process.link.waitset.watch(self._number, self._condition)
+        self.process.link.waitset.add(self._number, self._reader)
 
     def take_turn(self) -> bool:
         sample = wheel.take(self._reader)
         if sample is None:
-            self.process.link.waitset.watch(self._number, self._condition)
+            self.process.link.waitset.watch(self._number)
             return False
         self.process.queue(self)  # other entities take their turn before its next sample
         payload, writer, _ = sample

@@ -120,23 +120,16 @@ def create_domain(domain_id: int, configuration: str) -> int:
     return domain
 
 
-def create_participant(domain_id: int, user_data: bytes) -> int:
-    """Enter a domain."""
+def create_participant(domain_id: int, user_data: bytes) -> tuple[int, int, int]:
+    """Enter a domain; return a participant, its DDS publisher for writers, and its subscriber for readers."""
     qos = _C.dds_create_qos()
     _C.dds_qset_userdata(qos, user_data, len(user_data))
     participant = _C.dds_create_participant(domain_id, qos, None)
     _C.dds_delete_qos(qos)
-    return checked(participant, f"enter domain {domain_id}")
-
-
-def create_publisher(participant: int) -> int:
-    """Make a DDS publisher, which makes writers."""
-    return checked(_C.dds_create_publisher(participant, None, None), "make a publisher")
-
-
-def create_subscriber(participant: int) -> int:
-    """Make a DDS subscriber, which makes readers."""
-    return checked(_C.dds_create_subscriber(participant, None, None), "make a subscriber")
+    checked(participant, f"enter domain {domain_id}")
+    publisher = checked(_C.dds_create_publisher(participant, None, None), "make a publisher")
+    subscriber = checked(_C.dds_create_subscriber(participant, None, None), "make a subscriber")
+    return participant, publisher, subscriber
 
 
 def create_writer(publisher: int, topic: int, qos: QoSProfile, user_data: bytes = b"") -> int:
@@ -159,11 +152,6 @@ def create_reader(
     if settings is not None:
         _C.dds_delete_qos(settings)
     return checked(reader, "make a reader")
-
-
-def data_condition(reader: int) -> int:
-    """Make a condition that holds while a reader has samples."""
-    return checked(_C.dds_create_readcondition(reader, _ANY), "make a condition")
 
 
 def delete(entity: int) -> None:
@@ -263,7 +251,7 @@ def wait_for_acks(writer: int, timeout_ns: int) -> None:
 
 
 class WaitSet:
-    """Waits until a condition holds; each condition has a number of at least 1, and is watched once."""
+    """Waits until a reader has samples; each reader has a number of at least 1, and is watched once."""
 
     def __init__(self, participant: int) -> None:
         self._set = checked(_C.dds_create_waitset(participant), "make a waitset")
@@ -272,19 +260,22 @@ class WaitSet:
         self._conditions: dict[int, int] = {}
         checked(_C.dds_waitset_attach(self._set, self._guard, 0), "watch a condition")
 
-    def watch(self, number: int, condition: int) -> None:
-        """Watch a condition until it holds."""
+    def add(self, number: int, reader: int) -> None:
+        """Watch a new reader until it has samples."""
+        condition = checked(_C.dds_create_readcondition(reader, _ANY), "make a condition")
         self._conditions[number] = condition
-        checked(_C.dds_waitset_attach(self._set, condition, number), "watch a condition")
+        self.watch(number)
+
+    def watch(self, number: int) -> None:
+        """Watch a reader again."""
+        checked(_C.dds_waitset_attach(self._set, self._conditions[number], number), "watch a condition")
 
     def forget(self, number: int) -> None:
-        """Stop watching a condition, if it is watched."""
-        condition = self._conditions.pop(number, None)
-        if condition is not None:
-            _C.dds_waitset_detach(self._set, condition)
+        """Stop watching a reader for good."""
+        _C.dds_waitset_detach(self._set, self._conditions.pop(number))
 
     def wait(self) -> list[int]:
-        """Return the numbers of conditions that hold; none after `close`."""
+        """Return the numbers of readers that have samples; none after `close`."""
         numbers: list[int] = []
         while not numbers:
             count = checked(
@@ -295,7 +286,7 @@ class WaitSet:
         if 0 in numbers:
             return []
         for number in numbers:
-            self.forget(number)
+            _C.dds_waitset_detach(self._set, self._conditions.get(number, 0))
         return numbers
 
     def close(self) -> None:

@@ -27,7 +27,6 @@ FIRST_NUMBER: Final = 16
 """Lower numbers are conditions of the link itself."""
 
 _NODES, _PARTICIPANTS, _WRITERS, _READERS = range(1, 5)
-_ENDPOINTS: Final = "endpoints"
 _DISCOVERY_TOPIC: Final = "ros_discovery_info"
 _DISCOVERY_QOS: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _DISCOVERY_READER_QOS: Final = QoSProfile(
@@ -82,7 +81,7 @@ class Link:
             after news of the graph.
         on_problem: called, on any thread, with the place and the description of unusable data.
         on_failure: called on the thread with the error that ends it.
-        listener: receives news of the graph.
+        graph: receives news of the graph.
 
     Attributes:
         guid: 16 bytes that identify the participant.
@@ -90,7 +89,6 @@ class Link:
         waitset: the conditions of the readers.
         gid_size: bytes of a gid in its announcements.
         announces_hashes: whether its endpoints announce the hash of their type, as in ROS 2 since Iron.
-        has_left: whether it has left the domain.
 
     Raises:
         MiddlewareError: the domain cannot be entered.
@@ -102,7 +100,7 @@ class Link:
         on_data: Callable[[int], None],
         on_problem: Callable[[str, str], None],
         on_failure: Callable[[Exception], None],
-        listener: Graph,
+        graph: Graph,
     ) -> None:
         self._domain_id = configuration.domain_id
         self._on_data = on_data
@@ -114,8 +112,7 @@ class Link:
         self._nodes: tuple[NodeEntities, ...] = ()
         self._announcing = threading.RLock()
         self._looking = threading.Lock()
-        self._listener = listener
-        self.has_left = False
+        self._graph = graph
         _enter_domain(configuration)
         try:
             self._enter(configuration.domain_id)
@@ -126,10 +123,8 @@ class Link:
         self._thread.start()
 
     def _enter(self, domain_id: int) -> None:
-        self.participant = dds.create_participant(domain_id, b"enclave=/;")
+        self.participant, self.publisher, self.subscriber = dds.create_participant(domain_id, b"enclave=/;")
         self.guid = dds.guid_of(self.participant)
-        self.publisher = dds.create_publisher(self.participant)
-        self.subscriber = dds.create_subscriber(self.participant)
         self._writer = self.create_writer(_DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_QOS)
         self._readers = {
             _NODES: self.create_reader(
@@ -139,9 +134,8 @@ class Link:
         for number, topic in zip((_PARTICIPANTS, _WRITERS, _READERS), dds.BUILTIN_TOPICS, strict=True):
             self._readers[number] = dds.create_reader(self.subscriber, topic, None)
         self.waitset = dds.WaitSet(self.participant)
-        self._conditions = {number: dds.data_condition(each) for number, each in self._readers.items()}
-        for number in self._conditions:
-            self.waitset.watch(number, self._conditions[number])
+        for number, reader in self._readers.items():
+            self.waitset.add(number, reader)
 
     def create_writer(self, topic: str, kind: type[Message], qos: QoSProfile, user_data: str = "") -> int:
         """Make a writer of a DDS topic; `user_data` is announced with the hash of the type."""
@@ -174,7 +168,7 @@ class Link:
                 for number in numbers:
                     if number < FIRST_NUMBER:
                         self.look()
-                        self.waitset.watch(number, self._conditions[number])
+                        self.waitset.watch(number)
                     self._on_data(number)
         except Exception as error:  # noqa: BLE001  reported to the user's thread
             self._on_failure(error)
@@ -189,15 +183,13 @@ class Link:
                 samples.append(sample[0])
             participants = wheel.take_participants(self._readers[_PARTICIPANTS])
             # participants that have left by now were there when they sent the samples above
-            self._listener.learn_participants([(guid, True) for guid, _ in participants])
+            self._graph.learn_participants([(guid, True) for guid, _ in participants])
             for payload in samples:
                 self._learn_nodes(payload)
-            self._listener.learn_participants([(guid, False) for guid, alive in participants if not alive])
+            self._graph.learn_participants([(guid, False) for guid, alive in participants if not alive])
             for number in (_WRITERS, _READERS):
-                endpoints, unknown = wheel.take_endpoints(self._readers[number])
-                for _ in range(unknown):
-                    self._on_problem(_ENDPOINTS, "passed over an endpoint whose names are not UTF-8.")
-                self._listener.learn_endpoints(endpoints, writers=number == _WRITERS)
+                endpoints = wheel.take_endpoints(self._readers[number])
+                self._graph.learn_endpoints(endpoints, writers=number == _WRITERS)
 
     def _learn_nodes(self, payload: bytes) -> None:
         try:
@@ -205,11 +197,8 @@ class Link:
         except InterfaceError as error:
             self._on_problem(_DISCOVERY_TOPIC, f"dropped a malformed announcement: {error}")
             return
-        is_there = self._listener.learn_nodes(participant)
-        # the last announcement, without nodes, may come after the participant has left
-        if not is_there and participant.nodes:
-            self._on_problem(_DISCOVERY_TOPIC, "dropped an announcement of a participant that is not there.")
-        elif is_there and self._adapts and participant.gid_size < self.gid_size:
+        is_there = self._graph.learn_nodes(participant)  # its last announcement may come after it has left
+        if is_there and self._adapts and participant.gid_size < self.gid_size:
             with self._announcing:
                 self.gid_size = participant.gid_size
                 self.announce(self._nodes)
@@ -235,5 +224,4 @@ class Link:
         dds.wait_for_acks(self._writer, max(0, end_ns - time.monotonic_ns()))
         with wheel.MAKING_TOPIC:
             dds.delete(self.participant)
-        self.has_left = True
         _leave_domain(self._domain_id)

@@ -1,5 +1,6 @@
 """An observer of a live network, which reads all topics and services."""
 
+import math
 import threading
 import time
 from collections import Counter
@@ -30,9 +31,6 @@ _HOLD_NS: Final = 100_000_000
 _PATIENCE_NS: Final = 3_000_000_000
 """How long a sample waits for the announcement of its node, and a response for its request."""
 
-_REMEMBERED: Final = 1000
-"""The most requests that are remembered for their responses."""
-
 _LATEST_NS: Final = 1_000_000_000
 """The longest delivery; an earlier or future time of sending is replaced."""
 
@@ -40,28 +38,18 @@ _STEP_S: Final = 0.02
 
 
 class _Event(NamedTuple):
-    """A sample on its way to the tap; events compare by the time of sending."""
+    """A sample on its way to the tap; events compare by the time of sending.
+
+    A request or response has its id.
+    """
 
     sent_ns: int
     age: int
     arrived_ns: int
     channel: Channel
     writer: int
+    request_id: RequestId | None
     payload: bytes
-
-
-class _Writer(NamedTuple):
-    """A writer that exists or has existed."""
-
-    guid: bytes
-    qos: QoSProfile
-
-
-class _Server(NamedTuple):
-    """The request reader of a server that exists or has existed."""
-
-    service: str
-    gone_ns: int | None = None
 
 
 class _News(Graph):
@@ -85,8 +73,8 @@ class _News(Graph):
 class CycloneTap(LiveObserver):
     """Passes the events of a live network to a tap; it has no node, and sends no samples.
 
-    It takes the arguments of `CycloneDDS`. The tap's methods are called on a separate thread, in the order of sending,
-    about 0.1 s later, with times of sending by the system clock; a sender's time counts within the second before the
+    Its domain and environment are as of `CycloneDDS`. The tap's methods are called on a separate thread, in the order
+    of sending, about 0.1 s later, with times of sending by the system clock; a sender's time counts within the second before the
     sample came. A response waits up to 3 s for its request, which may have to be sent again. A sample waits up to 3 s
     for the announcement of its node, whose name is empty without it. Connecting takes some hundredths of a second
     after an endpoint appears; earlier samples are lost unless they are kept for late readers. `on_request` is called
@@ -104,23 +92,22 @@ class CycloneTap(LiveObserver):
         tap: Tap,
         *,
         domain_id: int | None = None,
-        network: bool = False,
-        distro: str | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> None:
         self.problems: Counter[str] = Counter()
         self._tap = tap
         self._queue: WaitingLine[object] = WaitingLine()
         self._failure: Exception | None = None
-        self._writers: dict[int, _Writer] = {}
-        self._servers: dict[bytes, _Server] = {}
+        self._writers: dict[int, wheel.Endpoint] = {}
+        self._servers: dict[bytes, str] = {}
+        self._gone_ns: dict[bytes, int] = {}
         self._unannounced: dict[bytes, RosName] = {}
         self._node_of: dict[bytes, str] = {}
         self._nodes: set[tuple[bytes, str]] = set()
         self._events: list[_Event] = []
-        self._requests: dict[tuple[str, RequestId], None] = {}
+        self._requests: set[tuple[str, RequestId | None]] = set()
         self._ages = count()
-        configuration = read_configuration(environment, domain_id=domain_id, network=network, distro=distro)
+        configuration = read_configuration(environment, domain_id=domain_id)
         news = _News(self._queue)
         self._link = Link(configuration, self._queue.put, self._on_problem, self._queue.put, news)
         self._channels = Channels(self._link)
@@ -128,7 +115,8 @@ class CycloneTap(LiveObserver):
         self._thread.start()
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        self._leave()
+        self._stop()
+        self._link.leave(())
         if kind is None:
             self.check()
 
@@ -140,19 +128,10 @@ class CycloneTap(LiveObserver):
         self._stop()
         self.check()
 
-    def close(self) -> None:
-        self._leave()
-        self.check()
-
     def _stop(self) -> None:
         if self._thread.is_alive():
             self._queue.put(None)
             self._thread.join()
-
-    def _leave(self) -> None:
-        self._stop()
-        if not self._link.has_left:
-            self._link.leave(())
 
     def _on_problem(self, where: str, problem: str) -> None:
         del problem
@@ -165,7 +144,7 @@ class CycloneTap(LiveObserver):
             while self._handle_next():
                 self._pass_due_on(time.time_ns())
             self._link.look()
-            for channel in self._channels:
+            for channel in self._channels.by_number.values():
                 self._take(channel)
             while self._queue:
                 self._handle_next()
@@ -182,10 +161,9 @@ class CycloneTap(LiveObserver):
         if isinstance(item, Exception):
             raise item
         if isinstance(item, int):
-            channel = self._channels.get(item)
-            if channel is not None:  # else news of the graph, which is queued separately
-                self._take(channel)
-                self._channels.watch(item)
+            if item in self._channels.by_number:  # else news of the graph, which is queued separately
+                self._take(self._channels.by_number[item])
+                self._link.waitset.watch(item)
         elif isinstance(item, Participant):
             self._learn_nodes(item)
         elif isinstance(item, tuple):
@@ -197,7 +175,14 @@ class CycloneTap(LiveObserver):
             payload, writer, sent_ns = sample
             now_ns = time.time_ns()
             sent_ns = min(max(sent_ns, now_ns - _LATEST_NS), now_ns)
-            event = _Event(sent_ns, next(self._ages), now_ns, channel, writer, payload)
+            request_id = None
+            if channel.writers is not EndpointKind.PUBLISHER:
+                try:
+                    request_id, payload = split_sample(payload)
+                except InterfaceError:
+                    self.problems[channel.name] += 1
+                    continue
+            event = _Event(sent_ns, next(self._ages), now_ns, channel, writer, request_id, payload)
             heappush(self._events, event)
 
     # The graph
@@ -221,18 +206,18 @@ class CycloneTap(LiveObserver):
         if endpoint.participant == self._link.guid or OBSERVER in parse_user_data(endpoint.user_data):
             return
         if endpoint.topic and writes:
-            self._writers[endpoint.handle] = _Writer(guid, endpoint.qos)
+            self._writers[endpoint.handle] = endpoint
         ros = ros_name(endpoint.topic, endpoint.type_name, writes=writes)
         if ros is not None:
             self._listen(ros, endpoint.qos)
             if not writes:
                 self._unannounced[guid] = ros
             if ros.kind is EndpointKind.SERVICE:
-                self._servers[guid] = _Server(ros.name)
+                self._servers[guid] = ros.name
             if guid in self._unannounced and guid in self._node_of:
                 self._pass_reader_on(guid)
-        if not endpoint.alive and guid in self._servers:
-            self._servers[guid] = self._servers[guid]._replace(gone_ns=time.time_ns())
+        if not endpoint.alive:
+            self._gone_ns[guid] = time.time_ns()
 
     def _listen(self, ros: RosName, qos: QoSProfile) -> None:
         try:
@@ -258,15 +243,11 @@ class CycloneTap(LiveObserver):
             writer is not None
             and writer.guid in self._node_of
             and all(guid in self._node_of for guid in self._servers_of(event))
-            and (event.channel.writers is not EndpointKind.SERVICE or self._is_asked_for(event))
+            and (
+                event.channel.writers is not EndpointKind.SERVICE
+                or (event.channel.name, event.request_id) in self._requests
+            )
         )
-
-    def _is_asked_for(self, event: _Event) -> bool:
-        try:
-            request_id, _ = split_sample(event.payload)
-        except InterfaceError:  # counted when it is passed on
-            return True
-        return (event.channel.name, request_id) in self._requests
 
     def _servers_of(self, event: _Event) -> list[bytes]:
         """Return the readers that have received a request."""
@@ -274,28 +255,30 @@ class CycloneTap(LiveObserver):
             return []
         return [
             guid
-            for guid, (service, gone_ns) in self._servers.items()
-            if service == event.channel.name and (gone_ns is None or gone_ns > event.sent_ns)
+            for guid, service in self._servers.items()
+            if service == event.channel.name and self._gone_ns.get(guid, math.inf) > event.sent_ns
         ]
 
     def _pass_on(self, event: _Event) -> None:
         channel, writer = event.channel, self._writers.get(event.writer)
         node = "" if writer is None else self._node_of.get(writer.guid, "")
+        if (
+            channel.writers is EndpointKind.PUBLISHER
+            and writer
+            and not self._channels.hears(channel, writer.qos)
+        ):
+            return
         try:
-            if channel.writers is EndpointKind.PUBLISHER:
-                if writer is None or self._channels.hears(channel, writer.qos):
-                    message = deserialize(event.payload, channel.message)
-                    self._tap.on_message(event.sent_ns, channel.name, node, message)
-                return
-            request_id, payload = split_sample(event.payload)
-            message = deserialize(payload, channel.message)
-            if channel.writers is EndpointKind.SERVICE:
-                self._tap.on_response(event.sent_ns, channel.name, node, message, request_id)
-                return
-            self._requests[channel.name, request_id] = None
-            if len(self._requests) > _REMEMBERED:
-                del self._requests[next(iter(self._requests))]
-            for server in dict.fromkeys(self._node_of.get(guid, "") for guid in self._servers_of(event)):
-                self._tap.on_request(event.sent_ns, channel.name, node, server, message, request_id)
+            message = deserialize(event.payload, channel.message)
         except InterfaceError:
             self.problems[channel.name] += 1
+            return
+        sent_ns, name, request_id = event.sent_ns, channel.name, event.request_id
+        if request_id is None:
+            self._tap.on_message(sent_ns, name, node, message)
+        elif channel.writers is EndpointKind.SERVICE:
+            self._tap.on_response(sent_ns, name, node, message, request_id)
+        else:
+            self._requests.add((name, request_id))
+            for server in dict.fromkeys(self._node_of.get(guid, "") for guid in self._servers_of(event)):
+                self._tap.on_request(sent_ns, name, node, server, message, request_id)

@@ -24,7 +24,6 @@ MAKING_TOPIC: Final = threading.Lock()
 _ANY: Final = 127  # samples in every state
 _ALIVE: Final = 16  # the state of existing instances
 _BATCH: Final = 1000
-_ONE: Final = 1  # an error loses the whole batch
 _OPERATIONS: Final = 14
 _TYPE_INFORMATION: Final = (8, 9, 10)  # type_id, type_map, type_info of struct ddsi_sertype_ops
 
@@ -128,18 +127,13 @@ def _endpoint(*described: Any) -> Endpoint:
     return Endpoint(guid, participant, alive, topic, type_name, qos, user_data, handle)
 
 
-def take_endpoints(reader: int) -> tuple[list[Endpoint], int]:
-    """Return news of endpoints from a reader of a built-in topic, and the number whose names are not UTF-8."""
+def take_endpoints(reader: int) -> list[Endpoint]:
+    """Return news of endpoints from a reader of a built-in topic."""
     endpoints: list[Endpoint] = []
-    unknown = 0
     while True:
-        try:
-            batch: list[Endpoint] | int = _clayer.ddspy_take_endpoint(reader, _ONE, _endpoint, read_qos)
-        except Exception:  # noqa: BLE001  the wheel raises no other
-            unknown += 1
-            continue
+        batch: list[Endpoint] | int = _clayer.ddspy_take_endpoint(reader, _BATCH, _endpoint, read_qos)
         if not batch or isinstance(batch, int):
-            return endpoints, unknown
+            return endpoints
         endpoints += batch
 
 

@@ -37,5 +37,5 @@ def versions() -> dict[str, str]:
 def prepare() -> None:
     """Do the work for all imported messages that forks of this process share; join no network, start no thread."""
     for kind in Message.__subclasses__():
-        wheel.prepare(dds_type_name(type_name(kind)))
+        wheel.octet_type(dds_type_name(type_name(kind)))
         type_hash(kind)

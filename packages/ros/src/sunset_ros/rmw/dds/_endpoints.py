@@ -12,7 +12,7 @@ from struct import Struct
 from typing import ClassVar, Final
 
 from sunset_ros.errors import InterfaceError
-from sunset_ros.interfaces import Message, deserialize, serialize, type_name
+from sunset_ros.interfaces import Message, deserialize, serialize
 from sunset_ros.rmw.core.node import (
     ClientHandle,
     Parts,
@@ -84,17 +84,13 @@ class _Reading(DdsEndpoint, DdsEntity):
         if sample is None:
             self.process.link.waitset.watch(self._number)
             return False
-        self.process.queue(self)  # other entities take their turn before its next sample
+        self.process.queue.put(self)  # other entities take their turn before its next sample
         payload, writer, _ = sample
         try:
             return self.handle(payload, writer)
         except InterfaceError as error:
-            self.process.report(self.place(), f"dropped a malformed message: {error}", self.node)
+            self.process.report(self.name, f"dropped a malformed message: {error}", self.node)
             return False
-
-    def place(self) -> str:
-        """Return its name in reports of malformed samples."""
-        return self.name
 
     @abstractmethod
     def handle(self, payload: bytes, writer: int) -> bool:
@@ -133,9 +129,6 @@ class DdsSubscription(_Reading, SubscriptionHandle):
 
     def open(self) -> None:
         self.read_from(topic_name(self.name))
-
-    def place(self) -> str:
-        return f"{self.name} ({type_name(self.ros_type)})"
 
     def handle(self, payload: bytes, writer: int) -> bool:
         del writer

@@ -2,9 +2,8 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import Final
 
 from sunset_ros.errors import InterfaceError, MiddlewareError
@@ -36,40 +35,33 @@ _PARTING_NS: Final = 300_000_000
 """How long a process that leaves waits for confirmations."""
 
 
-@dataclass(slots=True)
-class _Domain:
-    entity: int
-    configuration: Configuration
-    users: int = 0
+_domains: Final[dict[int, tuple[int, str, int]]] = {}
+"""The domains of this process by id: (DDS entity, settings, number of links)."""
+
+_changing_domains: Final = threading.Lock()
 
 
-_DOMAINS: Final[dict[int, _Domain]] = {}
-"""The domains of this process by id; links with the same settings share a domain."""
+@contextmanager
+def _domain(number: int, settings: str) -> Iterator[None]:
+    """Set up a domain unless it exists, and delete it after its last link.
 
-_CHANGING_DOMAINS: Final = threading.Lock()
-
-
-def _enter_domain(configuration: Configuration) -> None:
-    """Set up a domain unless it exists; raise a `MiddlewareError` if it has other settings."""
-    number = configuration.domain_id
-    with _CHANGING_DOMAINS:
-        domain = _DOMAINS.get(number)
-        if domain is None:
-            domain = _Domain(dds.create_domain(number, configuration.cyclonedds), configuration)
-            _DOMAINS[number] = domain
-        elif domain.configuration.cyclonedds != configuration.cyclonedds:
+    Raises:
+        MiddlewareError: it exists with other settings.
+    """
+    with _changing_domains:
+        entity, present, users = _domains.get(number) or (dds.create_domain(number, settings), settings, 0)
+        if present != settings:
             raise MiddlewareError(f"This process is in domain {number} already, with other settings.")
-        domain.users += 1
-
-
-def _leave_domain(number: int) -> None:
-    """Delete a domain after its last link."""
-    with _CHANGING_DOMAINS:
-        domain = _DOMAINS[number]
-        domain.users -= 1
-        if not domain.users:
-            dds.delete(domain.entity)
-            del _DOMAINS[number]
+        _domains[number] = (entity, present, users + 1)
+    try:
+        yield
+    finally:
+        with _changing_domains:
+            entity, present, users = _domains.pop(number)
+            if users > 1:
+                _domains[number] = (entity, present, users - 1)
+            else:
+                dds.delete(entity)
 
 
 class Link:
@@ -88,7 +80,6 @@ class Link:
         participant, publisher, subscriber: the entities.
         waitset: the conditions of the readers.
         gid_size: bytes of a gid in its announcements.
-        announces_hashes: whether its endpoints announce the hash of their type, as in ROS 2 since Iron.
 
     Raises:
         MiddlewareError: the domain cannot be entered.
@@ -102,23 +93,19 @@ class Link:
         on_failure: Callable[[Exception], None],
         graph: Graph,
     ) -> None:
-        self._domain_id = configuration.domain_id
         self._on_data = on_data
         self._on_problem = on_problem
         self._on_failure = on_failure
         self.gid_size = configuration.gid_size
-        self.announces_hashes = configuration.announces_hashes
-        self._adapts = configuration.adapts
+        self._configuration = configuration
         self._nodes: tuple[NodeEntities, ...] = ()
         self._announcing = threading.RLock()
         self._looking = threading.Lock()
         self._graph = graph
-        _enter_domain(configuration)
-        try:
+        with ExitStack() as stack:
+            stack.enter_context(_domain(configuration.domain_id, configuration.cyclonedds))
             self._enter(configuration.domain_id)
-        except MiddlewareError:
-            _leave_domain(configuration.domain_id)
-            raise
+            self._in_domain = stack.pop_all()
         self._thread = threading.Thread(target=self._listen, name="dds", daemon=True)
         self._thread.start()
 
@@ -160,7 +147,9 @@ class Link:
         return wheel.topic_of(self.participant, topic, dds_type_name(type_name(kind)))
 
     def _user_data(self, more: str, kind: type[Message]) -> bytes:
-        return (more + (f"typehash={type_hash(kind)};" if self.announces_hashes else "")).encode()
+        return (
+            more + (f"typehash={type_hash(kind)};" if self._configuration.announces_hashes else "")
+        ).encode()
 
     def _listen(self) -> None:
         try:
@@ -198,7 +187,7 @@ class Link:
             self._on_problem(_DISCOVERY_TOPIC, f"dropped a malformed announcement: {error}")
             return
         is_there = self._graph.learn_nodes(participant)  # its last announcement may come after it has left
-        if is_there and self._adapts and participant.gid_size < self.gid_size:
+        if is_there and self._configuration.adapts and participant.gid_size < self.gid_size:
             with self._announcing:
                 self.gid_size = participant.gid_size
                 self.announce(self._nodes)
@@ -224,4 +213,4 @@ class Link:
         dds.wait_for_acks(self._writer, max(0, end_ns - time.monotonic_ns()))
         with wheel.MAKING_TOPIC:
             dds.delete(self.participant)
-        _leave_domain(self._domain_id)
+        self._in_domain.close()

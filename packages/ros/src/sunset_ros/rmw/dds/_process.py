@@ -11,7 +11,7 @@ import threading
 import time
 from abc import abstractmethod
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import count
@@ -95,6 +95,7 @@ class DdsProcess(LiveProcess):
         link: its participant.
         problems: topic, service or node → number of samples that could not be used.
         alarms: part → time of its next turn, by the steady clock.
+        queue: the parts in line for a turn; None ends a wait.
         endpoints_here: the endpoints of its nodes, by age.
         readers: number of a DDS reader → the part that takes its samples.
         numbers: new numbers for readers.
@@ -111,9 +112,9 @@ class DdsProcess(LiveProcess):
         self.readers: dict[int, DdsEntity] = {}
         self.numbers = count(FIRST_NUMBER)
         self._nodes: dict[NodeHandle, None] = {}
-        self._queue: WaitingLine[DdsEntity | None] = WaitingLine()
+        self.queue: WaitingLine[DdsEntity | None] = WaitingLine()
         self._ids = count(1)
-        self._reported: dict[str, tuple[int, int]] = {}
+        self._reported_ns: dict[str, int] = {}
         self._failure: Exception | None = None
         self._spinning = False
         self._calling = False
@@ -127,17 +128,13 @@ class DdsProcess(LiveProcess):
     def _on_data(self, number: int) -> None:
         entity = self.readers.get(number)
         if entity is not None:
-            self._queue.put(entity)
+            self.queue.put(entity)
 
     def _on_failure(self, error: Exception) -> None:
         self._failure = error
-        self._queue.put(None)
+        self.queue.put(None)
 
     # For its nodes and their parts
-
-    def queue(self, entity: DdsEntity) -> None:
-        """Line up an entity for a turn."""
-        self._queue.put(entity)
 
     def remove(self, node: NodeHandle) -> None:
         if node in self._nodes:
@@ -189,16 +186,12 @@ class DdsProcess(LiveProcess):
         """
         self.problems[where] += 1
         node = node or next(iter(tuple(self._nodes)), None)
-        warn = None if node is None else node.warn
         now = self.steady_ns()
-        reported_ns, reported = self._reported.get(where, (now - _REPORT_EVERY_NS, 0))
-        if node is None or warn is None or now - reported_ns < _REPORT_EVERY_NS:
-            return
-        self._reported[where] = (now, self.problems[where])
-        unreported = self.problems[where] - reported - 1
-        more = f" There were {unreported} more since the last such message." if unreported else ""
-        with suppress(MiddlewareError):  # another thread may have ended the node meanwhile
-            node.post(partial(warn, f"{where}: {problem}{more}"), "warning")
+        is_new = now - self._reported_ns.get(where, now - _REPORT_EVERY_NS) >= _REPORT_EVERY_NS
+        if node is not None and node.warn is not None and is_new:
+            self._reported_ns[where] = now
+            with suppress(MiddlewareError):  # another thread may have ended the node meanwhile
+                node.post(partial(node.warn, f"{where}: {problem}"), "warning")
 
     # The port
 
@@ -216,7 +209,7 @@ class DdsProcess(LiveProcess):
 
     def post(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         """Call a handler of a node once, after all ready callbacks; any thread may call this."""
-        self.queue(_DdsPosted(node, handler, label))
+        self.queue.put(_DdsPosted(node, handler, label))
 
     def spin_once(self, timeout_ns: int | None) -> bool:
         if self._calling:
@@ -252,11 +245,11 @@ class DdsProcess(LiveProcess):
     def _next(self, end_ns: int | None) -> DdsEntity | None:
         """Return the first entity in line, after a wait; raise `Empty` at the next alarm or the end."""
         alarm_ns = self._line_up_timers()
-        if self._queue:
-            return self._queue.get()
+        if self.queue:
+            return self.queue.get()
         limits = [limit for limit in (alarm_ns, end_ns) if limit is not None]
         wait_ns = min(min(limits) - self.steady_ns(), _LONG_NS) if limits else _LONG_NS
-        return self._queue.get(wait_ns / 1e9)
+        return self.queue.get(wait_ns / 1e9)
 
     def _line_up_timers(self) -> int | None:
         """Line up timers with due alarms, the earliest first; return the time of the next alarm."""
@@ -265,28 +258,33 @@ class DdsProcess(LiveProcess):
             if alarm_ns > now:
                 return alarm_ns
             del self.alarms[entity]
-            self._queue.put(entity)
+            self.queue.put(entity)
         return None
 
     def _run(self, entity: DdsEntity) -> bool:
         if not entity.alive:
             return False
         if not entity.node.attached:
-            entity.node.hold(partial(self.queue, entity))
+            entity.node.hold(partial(self.queue.put, entity))
             return False
         return entity.take_turn()
 
     def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
+        return self._poll(predicate, timeout_ns, lambda: self._calling or not self.alive)
+
+    def _poll(
+        self, predicate: Callable[[], bool], timeout_ns: int | None, is_over: Callable[[], bool]
+    ) -> bool:
         end_ns = None if timeout_ns is None else self.steady_ns() + timeout_ns
         pause = threading.Event()
         while not predicate():
-            if self._calling or not self.alive or (end_ns is not None and self.steady_ns() >= end_ns):
+            if is_over() or (end_ns is not None and self.steady_ns() >= end_ns):
                 return False
             pause.wait(_STEP_S)
         return True
 
     def wake(self) -> None:
-        self._queue.put(None)
+        self.queue.put(None)
 
     def shutdown(self) -> None:
         """Leave the network, at once or when a running `spin_once` returns; on any thread."""
@@ -301,7 +299,7 @@ class DdsProcess(LiveProcess):
             return
         self._alive = False
         endpoints = list(self.endpoints_here)
-        self._settle(endpoints)
+        self._poll(lambda: not sum(not end.settle() for end in endpoints), _PARTING_NS, lambda: False)
         writers = [writer for endpoint in endpoints for writer in endpoint.reliable_writers()]
         for node in self._nodes:
             for entity in node.entities:
@@ -313,13 +311,6 @@ class DdsProcess(LiveProcess):
         self.link.leave(writers)
         atexit.unregister(self._leave)
         self.wake()
-
-    def _settle(self, endpoints: Sequence[DdsEndpoint]) -> None:
-        """Wait shortly until clients can receive their responses."""
-        end_ns = self.steady_ns() + _PARTING_NS
-        pause = threading.Event()
-        while (endpoints := [end for end in endpoints if not end.settle()]) and self.steady_ns() < end_ns:
-            pause.wait(_STEP_S)
 
     def nodes(self) -> list[tuple[str, str]]:
         self._look()

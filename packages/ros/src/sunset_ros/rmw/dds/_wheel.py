@@ -37,7 +37,7 @@ def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
     they are checked when they are decoded.
     """
     with MAKING_TOPIC:  # topics of a type share the table that is changed here
-        topic: int = _clayer.ddspy_topic_create(participant, name, _octet(type_name), None, None)
+        topic: int = _clayer.ddspy_topic_create(participant, name, octet_type(type_name), None, None)
         checked(topic, f"make topic {name}")
         operations = ctypes.c_void_p.from_address(sertype_of(topic))  # the first member of a sertype
         original = operations.value
@@ -49,14 +49,9 @@ def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
             delete(topic)
 
 
-def prepare(type_name: str) -> None:
-    """Make the type of later topics."""
-    _octet(type_name)
-
-
 @cache
-def _octet(type_name: str) -> object:
-    """Return a type of the wheel, which has a single octet."""
+def octet_type(type_name: str) -> object:
+    """Return a type of the wheel for topics, which has a single octet."""
     kind = make_idl_struct("Octet", type_name.replace("::", "."), {"octet": uint8}, dataclassify=False)
     kind.__idl__.populate()
     kind.__idl__.fill_type_data()

@@ -5,8 +5,8 @@ They take turns: the gateway calls a handler, and waits until it returns. In a s
 and times as in a single process. Live, time goes on meanwhile.
 """
 
-from sunset_ros.rmw.remote._endpoints import RemoteProcess
 from sunset_ros.rmw.remote._gateway import Gateway
+from sunset_ros.rmw.remote._process import RemoteProcess
 from sunset_ros.rmw.remote._protocol import EndError, Pipe, PipeError, RaisedError, SilenceError
 
 __all__ = ["EndError", "Gateway", "Pipe", "PipeError", "RaisedError", "RemoteProcess", "SilenceError"]

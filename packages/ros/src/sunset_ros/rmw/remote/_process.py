@@ -1,14 +1,27 @@
-"""The remote process."""
+"""The remote process, and the parts of its nodes, each of which sends changes to its stand-in on the network."""
 
 import os
 import threading
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import count
-from typing import Self
+from typing import Final
 
 from sunset_ros.errors import MiddlewareError
-from sunset_ros.rmw.core.node import Middleware, NodeHandle
-from sunset_ros.rmw.core.port import CallbackError, EndpointInfo
+from sunset_ros.interfaces import Message, deserialize, serialize, type_name
+from sunset_ros.rmw.core.node import (
+    ClientHandle,
+    Endpoint,
+    Entity,
+    Middleware,
+    NodeHandle,
+    Parts,
+    PublisherHandle,
+    ServiceHandle,
+    SubscriptionHandle,
+    Timer,
+)
+from sunset_ros.rmw.core.port import CallbackError, EndpointInfo, RequestId
 from sunset_ros.rmw.remote._protocol import (
     Act,
     Answer,
@@ -18,6 +31,7 @@ from sunset_ros.rmw.remote._protocol import (
     Check,
     Done,
     EndError,
+    MakeEndpoint,
     MakeNode,
     MakeTimer,
     Order,
@@ -30,16 +44,14 @@ from sunset_ros.rmw.remote._protocol import (
     encode,
 )
 
-
-def describe_error(error: BaseException) -> str:
-    """Describe an exception as the end of a sentence."""
-    return f"raised {type(error).__name__}: {error}"
+_LONGEST_NS: Final = 1 << 62
+"""A period of 146 years; the protocol's numbers have 64 bits."""
 
 
 class RemoteNode(NodeHandle):
     """A node with its number in the protocol."""
 
-    process: "RemoteHost"
+    process: "RemoteProcess"
     number: int
 
     def attach(self) -> None:
@@ -51,18 +63,136 @@ class RemoteNode(NodeHandle):
         self.process.request(Act(self.number, "detach"))
 
 
-class RemoteHost(Middleware):
-    """A process outside of its simulation, or network, without the classes of its parts.
+class _RemotePart(Entity):
+    """A part with its number in the protocol."""
+
+    process: "RemoteProcess"
+    node: RemoteNode
+    number = -1
+
+    def request(self, act: Act) -> None:
+        """Let the stand-in do something, if it exists."""
+        if self.number in self.process.handlers:
+            self.process.request(act)
+
+    def retire(self) -> None:
+        super().retire()
+        self.request(Act(self.number, "destroy"))
+        self.process.handlers.pop(self.number, None)
+
+
+class _RemoteEndpoint(_RemotePart, Endpoint):
+    """An endpoint, whose handler gets the messages of calls."""
+
+    def open(self) -> None:
+        super().open()
+        self.number = self.process.new_number(self.run)
+        ros_type = type_name(self.ros_type)
+        self.process.request(
+            MakeEndpoint(self.number, self.node.number, self.kind, ros_type, self.name, self.qos, self.label)
+        )
+
+    def run(self, call: Call) -> None:
+        """Call the handler with the message of a call."""
+        self.handler(*call.ids, deserialize(call.body, self.received))
+
+
+class RemotePublisher(_RemoteEndpoint, PublisherHandle):
+    """Sends samples, and checks them."""
+
+    def publish(self, message: Message) -> None:
+        self.check_alive(f"publish on {self.name}")
+        self.request(Act(self.number, "publish", body=serialize(message)))
+
+    @property
+    def wanted(self) -> bool:
+        return self.alive and bool(self.process.ask(Ask(self.number, "wanted")).value)
+
+    @property
+    def matched(self) -> int:
+        return self.process.ask(Ask(self.number, "matched")).value if self.alive else 0
+
+
+class RemoteSubscription(_RemoteEndpoint, SubscriptionHandle):
+    """Receives samples."""
+
+    @property
+    def matched(self) -> int:
+        return self.process.ask(Ask(self.number, "matched")).value if self.alive else 0
+
+
+class RemoteClient(_RemoteEndpoint, ClientHandle):
+    """Sends requests to every server of its name and type."""
+
+    def send(self, number: int, request: Message, payload: bytes) -> None:
+        del number, request  # the stand-in counts, too
+        self.request(Act(self.number, "send_request", body=payload))
+
+    def server_ready(self) -> bool:
+        return self.alive and bool(self.process.ask(Ask(self.number, "server_ready")).value)
+
+
+class RemoteService(_RemoteEndpoint, ServiceHandle):
+    """Receives requests."""
+
+    def run(self, call: Call) -> None:
+        (request_id,) = call.ids
+        assert isinstance(request_id, RequestId)  # noqa: S101  of a service
+        self.asked[request_id] = partial(self._respond, request_id)
+        super().run(call)
+
+    def _respond(self, request_id: RequestId, response: Message, payload: bytes) -> None:
+        del response
+        self.request(Act(self.number, "send_response", request_id, payload))
+
+
+class RemoteTimer(_RemotePart, Timer):
+    """A timer that computes its due times; its stand-in expires."""
+
+    def join(self) -> None:
+        super().join()
+        self.number = self.process.new_number(lambda _: self.run())
+        period_ns = min(self._period_ns, _LONGEST_NS)
+        self.process.request(MakeTimer(self.number, self.node.number, period_ns, self.label))
+
+    def set_alarm(self, due_ns: int | None) -> None:
+        """Do nothing: the stand-in has the alarm."""
+
+    def set_period_ns(self, period_ns: int) -> None:
+        super().set_period_ns(period_ns)
+        self.request(Act(self.number, "set_period_ns", min(period_ns, _LONGEST_NS)))
+
+    def reset(self) -> None:
+        super().reset()
+        self.request(Act(self.number, "reset"))
+
+    def cancel(self) -> None:
+        super().cancel()
+        self.request(Act(self.number, "cancel"))
+
+
+class RemoteProcess(Middleware):
+    """A process outside of its simulation, or network.
+
+    `main` and the callbacks run when the gateway calls them. A simulation's time stands still meanwhile.
+
+    Args:
+        pipe: the connection to the gateway.
+        main: makes the nodes.
+        describe: describes an exception of `main` or a callback as the end of a sentence.
+        describes_types: whether its nodes offer descriptions of their types, as live nodes do.
 
     Attributes:
         handlers: handlers that the gateway calls, by number.
     """
 
+    parts = Parts(RemotePublisher, RemoteSubscription, RemoteClient, RemoteService, RemoteTimer)
+
     def __init__(
         self,
         pipe: Pipe,
-        main: Callable[[Self], None],
-        describe: Callable[[BaseException], str] = describe_error,
+        main: "Callable[[RemoteProcess], None]",
+        describe: Callable[[BaseException], str] = lambda error: f"raised {type(error).__name__}: {error}",
         *,
         describes_types: bool = False,
     ) -> None:
@@ -159,6 +289,11 @@ class RemoteHost(Middleware):
         if order.error:
             raise MiddlewareError(order.error)
         return order
+
+    def defer(self, subscription: SubscriptionHandle) -> None:
+        """Delay calls of a subscription's handler until the next other call: it must only store the messages."""
+        assert isinstance(subscription, RemoteSubscription)  # noqa: S101  made here
+        self.request(Act(subscription.number, "defer"))
 
     # The port
 

@@ -8,7 +8,8 @@ into these structs, strictly, and messages are CDR. The process itself is number
 
 import socket
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Final, Literal, TypeAlias
 
 from msgspec import DecodeError, Struct
@@ -189,15 +190,22 @@ class Pipe:
         """Close this end."""
         self._door.close()
 
-    def send(self, body: bytes, end_s: float | None = None) -> None:
-        """Send a frame, until `end_s` of the clock `time.monotonic` at the latest."""
-        self._limit(end_s)
+    @contextmanager
+    def _until(self, end_s: float | None, late: str) -> Iterator[None]:
+        """Use the stream until `end_s` at the latest; raise a `PipeError` afterwards, or if it is closed."""
+        if end_s is not None:
+            self._door.settimeout(max(end_s - time.monotonic(), 0.001))
         try:
-            self._door.sendall(len(body).to_bytes(_HEADER, "little") + body)
+            yield
         except TimeoutError as error:
-            raise SilenceError("does not read") from error
+            raise SilenceError(late) from error
         except OSError as error:
             raise EndError("is gone") from error
+
+    def send(self, body: bytes, end_s: float | None = None) -> None:
+        """Send a frame, until `end_s` of the clock `time.monotonic` at the latest."""
+        with self._until(end_s, "does not read"):
+            self._door.sendall(len(body).to_bytes(_HEADER, "little") + body)
 
     def receive(self, end_s: float | None = None) -> bytes:
         """Return the next frame; see `send` for `end_s`."""
@@ -212,21 +220,12 @@ class Pipe:
             if self._wait is not None and not self._wait(None if end_s is None else end_s - time.monotonic()):
                 late = end_s is not None and time.monotonic() >= end_s
                 raise SilenceError("did not answer") if late else EndError("is gone")
-            self._limit(end_s)
-            try:
+            with self._until(end_s, "did not answer"):
                 chunk = self._door.recv(size - len(data))
-            except TimeoutError as error:
-                raise SilenceError("did not answer") from error
-            except OSError as error:
-                raise EndError("is gone") from error
             if not chunk:
                 raise EndError("is gone")
             data += chunk
         return bytes(data)
-
-    def _limit(self, end_s: float | None) -> None:
-        if end_s is not None:
-            self._door.settimeout(max(end_s - time.monotonic(), 0.001))
 
 
 def read_statements(body: bytes) -> list[Statement]:

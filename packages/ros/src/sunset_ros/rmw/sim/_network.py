@@ -55,11 +55,7 @@ class Scheduler:
 
     def run_until(self, time_ns: int) -> None:
         """Let all events until `time_ns` happen, and set the clock to it."""
-        events = self._events
-        while events and events[0][0] <= time_ns:
-            self.now, _, _, action, argument = heappop(events)
-            action(argument)
-        self.now = max(self.now, time_ns)
+        self.run_while(lambda: True, time_ns)
 
     def run_while(self, predicate: Callable[[], bool], limit_ns: int | None) -> bool:
         """Let events happen while a predicate holds; it is evaluated before each event.

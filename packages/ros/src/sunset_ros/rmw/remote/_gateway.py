@@ -14,12 +14,10 @@ from sunset_ros.rmw.remote._protocol import (
     Answer,
     Ask,
     Call,
-    Check,
     Done,
     MakeEndpoint,
     MakeNode,
     MakeTimer,
-    Order,
     Pipe,
     PipeError,
     Raised,
@@ -37,10 +35,6 @@ _BYTES: Final = 2**26
 """The most bytes of messages in a burst, and in a minute."""
 _OVERHEAD: Final = 2**11
 """Bytes that each message counts in addition to its own."""
-
-
-class _NestedError(Exception):
-    """A callback or predicate raised while its own process waits."""
 
 
 class Gateway:
@@ -82,7 +76,7 @@ class Gateway:
         self._longest_ns = longest_ns
         self._began_ns = process.now_ns()
         self._depth = 0
-        self._held: list[Order] = []
+        self._held: list[Call | Answer] = []
         self._deferred: set[int] = set()
         self._things: dict[int, object] = {0: process}
         self._first_ns = process.now_ns()
@@ -102,7 +96,7 @@ class Gateway:
         else:
             self._turn(call)
 
-    def _turn(self, order: Order) -> bool:
+    def _turn(self, order: Call | Answer) -> bool:
         """Give the remote process its turn until it is done; return the value of a predicate, True after a failure."""
         if self._depth == 0:
             self._left_s = self._limit_s
@@ -114,7 +108,7 @@ class Gateway:
                 if isinstance(last, Done):
                     return last.value
                 if isinstance(last, Raised):
-                    raise _NestedError if self._depth > 1 else RaisedError(last.reason)
+                    raise RaisedError(last.reason)
                 order = self._answer(last)
         except PipeError as error:
             self.failure = error
@@ -124,7 +118,7 @@ class Gateway:
             self._depth -= 1
         return True
 
-    def _exchange(self, order: Order) -> Statement:
+    def _exchange(self, order: Call | Answer) -> Statement:
         """Send an order after the held calls, carry out the answer's changes, and return its last statement."""
         if self._depth > _DEEPEST:
             raise PipeError("waits for itself")
@@ -148,18 +142,13 @@ class Gateway:
             if not isinstance(question, Wait):
                 return self._look_up(question)
             timeout_ns = self._bounded(question.timeout_ns)
-            if question.spins:
+            handler = question.handler
+            if handler is None:
                 value = process.spin_once(timeout_ns)
             else:
-                value = process.wait_for(lambda: self._turn(Check(process.now_ns())), timeout_ns)
+                value = process.wait_for(lambda: self._turn(Call(handler, process.now_ns())), timeout_ns)
             return Answer(process.now_ns(), value=value)
-        except CallbackError as error:
-            if not isinstance(error.__cause__, _NestedError):  # a callback of another process
-                raise
-            return Answer(process.now_ns(), raised=(error.node, error.callback))
-        except _NestedError:
-            return Answer(process.now_ns(), error="What it waits for raised.")
-        except PipeError:
+        except (CallbackError, PipeError):  # a callback of another process
             raise
         except MiddlewareError as error:
             return Answer(process.now_ns(), error=str(error))

@@ -1,6 +1,5 @@
 """The remote process, and the parts of its nodes, each of which sends changes to its stand-in on the network."""
 
-import os
 import threading
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -21,20 +20,18 @@ from sunset_ros.rmw.core.node import (
     SubscriptionHandle,
     Timer,
 )
-from sunset_ros.rmw.core.port import CallbackError, EndpointInfo, RequestId
+from sunset_ros.rmw.core.port import EndpointInfo, RequestId
 from sunset_ros.rmw.remote._protocol import (
     Act,
     Answer,
     Ask,
     Call,
     Change,
-    Check,
     Done,
     EndError,
     MakeEndpoint,
     MakeNode,
     MakeTimer,
-    Order,
     Pipe,
     Question,
     Raised,
@@ -196,7 +193,7 @@ class RemoteProcess(Middleware):
         *,
         describes_types: bool = False,
     ) -> None:
-        self.handlers: dict[int, Callable[[Call], None]] = {0: lambda _: main(self)}
+        self.handlers: dict[int, Callable[[Call], object]] = {0: lambda _: main(self)}
         self.describes_types = describes_types
         self._pipe = pipe
         self._describe = describe
@@ -206,59 +203,52 @@ class RemoteProcess(Middleware):
         self._thread = threading.get_ident()
         self._now = 0
         self._in_callback = False
-        self._raised: BaseException | None = None
-        self._process = os.getpid()
-        self._predicates: list[Callable[[], bool]] = []
 
     def serve(self) -> None:
         """Carry out the gateway's orders until it closes its end of the pipe."""
         try:
             while True:
-                self._obey(decode_orders(self._pipe.receive()))
+                self._obey(self._receive()[0])
         except EndError:
             return
 
-    def _obey(self, orders: Sequence[Order]) -> None:
-        """Carry out orders, and send the outcome."""
+    def _obey(self, calls: Sequence[Call]) -> None:
+        """Carry out calls, and send the outcome of the last."""
         outcome: Statement = Done()
         try:
-            for order in orders:
-                outcome = Done(self._carry_out(order))
+            for call in calls:
+                outcome = Done(self._call(call))
         except EndError:
             raise
         except BaseException as error:  # noqa: BLE001  the gateway gets it
-            self._raised = error
             outcome = Raised(self._describe(error))
         self._send(outcome)
 
-    def _carry_out(self, order: Order) -> bool:
-        """Carry out an order; return the value of the predicate if the order is a `Check`."""
-        self._now = order.now_ns
-        if isinstance(order, Call):
-            self._call(order)
-        return isinstance(order, Check) and bool(self._predicates[-1]())
-
-    def _call(self, order: Call) -> None:
-        outer, self._in_callback = self._in_callback, order.handler != 0
+    def _call(self, call: Call) -> bool:
+        self._now = call.now_ns
+        outer, self._in_callback = self._in_callback, call.handler != 0
         try:
-            handler = self.handlers.get(order.handler)
-            if handler is not None:  # else it was destroyed meanwhile
-                handler(order)
+            handler = self.handlers.get(call.handler)
+            return handler is not None and bool(handler(call))  # None if it was destroyed meanwhile
         finally:
             self._in_callback = outer
             if self._ending and not outer:
                 self._end()
 
     def _send(self, last: Statement) -> None:
-        if os.getpid() != self._process:  # a fork that a callback has made
-            os._exit(0)
         statements, self._statements = self._statements, []
-        statements.append(last)
-        self._pipe.send(encode(statements))
+        self._pipe.send(encode([*statements, last]))
+
+    def _receive(self) -> tuple[list[Call], Answer | None]:
+        """Return calls, and the answer to a question if that comes after them."""
+        orders = decode_orders(self._pipe.receive())
+        calls = [order for order in orders if isinstance(order, Call)]
+        last = orders[-1]
+        return calls, last if isinstance(last, Answer) else None
 
     # For its parts
 
-    def new_number(self, handler: Callable[[Call], None]) -> int:
+    def new_number(self, handler: Callable[[Call], object]) -> int:
         """Return a new number of a handler."""
         number = next(self._numbers)
         self.handlers[number] = handler
@@ -274,21 +264,16 @@ class RemoteProcess(Middleware):
         if threading.get_ident() != self._thread:
             raise MiddlewareError("Only the thread that runs the callbacks may ask the simulation something.")
         self._send(question)
-        while True:
-            *waited, order = orders = decode_orders(self._pipe.receive())
-            if isinstance(order, Answer):
-                break
-            self._obey(orders)
-        for call in waited:
-            self._carry_out(call)
-        self._now = order.now_ns
-        if order.raised and self._raised is not None:
-            if isinstance(self._raised, CallbackError) or not isinstance(self._raised, Exception):
-                raise self._raised
-            raise CallbackError.of(*order.raised, self._raised) from self._raised
-        if order.error:
-            raise MiddlewareError(order.error)
-        return order
+        calls, answer = self._receive()
+        while answer is None:
+            self._obey(calls)
+            calls, answer = self._receive()
+        for call in calls:
+            self._call(call)
+        self._now = answer.now_ns
+        if answer.error:
+            raise MiddlewareError(answer.error)
+        return answer
 
     def defer(self, subscription: SubscriptionHandle) -> None:
         """Delay calls of a subscription's handler until the next other call: it must only store the messages."""
@@ -330,16 +315,16 @@ class RemoteProcess(Middleware):
     def spin_once(self, timeout_ns: int | None) -> bool:
         """Let the whole world go on until a callback of this process has run."""
         self.check_alive()
-        return bool(self.ask(Wait(True, timeout_ns)).value)
+        return bool(self.ask(Wait(None, timeout_ns)).value)
 
     def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
         if self._in_callback:
             return predicate()
-        self._predicates.append(predicate)
+        number = self.new_number(lambda _: predicate())
         try:
-            return bool(self.ask(Wait(False, timeout_ns)).value)
+            return bool(self.ask(Wait(number, timeout_ns)).value)
         finally:
-            self._predicates.pop()
+            del self.handlers[number]
 
     def shutdown(self) -> None:
         if not self.alive:

@@ -45,12 +45,6 @@ class Call(_Part):
     body: bytes = b""
 
 
-class Check(_Part):
-    """Evaluate the predicate that the remote process waits for."""
-
-    now_ns: int
-
-
 class Answer(_Part):
     """The answer to a question.
 
@@ -60,7 +54,6 @@ class Answer(_Part):
         nodes: the nodes of the graph.
         endpoints: the endpoints of the graph.
         error: the reason why there is no answer; empty if there is an answer.
-        raised: node and name of the callback of the remote process that raised, if it did.
     """
 
     now_ns: int
@@ -68,7 +61,6 @@ class Answer(_Part):
     nodes: list[tuple[str, str]] = []
     endpoints: list[EndpointInfo] = []
     error: str = ""
-    raised: tuple[str, str] | None = None
 
 
 class MakeNode(_Part):
@@ -122,7 +114,7 @@ class Act(_Part):
 
 
 class Done(_Part):
-    """The handler has returned, or the predicate has this value."""
+    """The handler has returned; the value is the truth of its result."""
 
     value: bool = False
 
@@ -134,9 +126,9 @@ class Raised(_Part):
 
 
 class Wait(_Part):
-    """Wait for a callback of the process or, if not `spins`, for a predicate, which the gateway asks for by `Check`."""
+    """Wait until a handler returns True, which the gateway calls for it; if it is None, for a callback."""
 
-    spins: bool
+    handler: int | None
     timeout_ns: int | None
 
 
@@ -148,7 +140,7 @@ class Ask(_Part):
     name: str | None = None
 
 
-Order: TypeAlias = Call | Check | Answer
+Order: TypeAlias = Call | Answer
 Question: TypeAlias = Wait | Ask
 Change: TypeAlias = MakeNode | MakeEndpoint | MakeTimer | Act
 Statement: TypeAlias = Change | Done | Raised | Question

@@ -50,10 +50,8 @@ class NodeHandle:
     """A node on the graph. Labels name a callback in errors.
 
     Attributes:
-        name: without namespace.
         namespace: the root is `/`.
         fully_qualified_name: namespace and name, such as `/managed_subsystem/camera`.
-        process: its process.
         entities: its parts, by age.
         alive: False once destroyed.
         attached: whether its callbacks run while the process spins.
@@ -156,8 +154,6 @@ class Entity(ABC):  # noqa: B024  its subclasses have abstract methods
     """A part of a node; most have callbacks.
 
     Attributes:
-        process: its node's process.
-        node: its node.
         label: the name of its callback in errors.
         alive: False once destroyed.
     """

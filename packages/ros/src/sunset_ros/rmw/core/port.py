@@ -45,11 +45,7 @@ class CallbackError(MiddlewareError):
     @classmethod
     def of(cls, node: str, callback: str, error: Exception) -> "CallbackError":
         """Describe an exception of a callback; the caller raises the result `from error`."""
-        try:
-            text = str(error)
-        except Exception as inner:  # noqa: BLE001  str() of a user's exception may raise
-            text = f"no text, since that raised {type(inner).__name__}"
-        return cls(node, callback, f"raised {type(error).__name__}: {shorten(text)}")
+        return cls(node, callback, f"raised {type(error).__name__}: {shorten(str(error))}")
 
 
 def qualified_name(namespace: str, node: str) -> str:

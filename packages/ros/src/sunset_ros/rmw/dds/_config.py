@@ -66,7 +66,6 @@ class Configuration:
     """The settings of a participant.
 
     Attributes:
-        domain_id: the domain, from 0 to 232.
         cyclonedds: settings as in CYCLONEDDS_URI; later settings win.
         gid_size: bytes of a gid in `ros_discovery_info`, at first.
         adapts: whether `gid_size` becomes 16 when other participants send 16 bytes.

@@ -15,23 +15,20 @@ from sunset_ros.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile,
 VERSION: Final = "11.0.1"
 
 
-def check_version(installed: str | None) -> None:
-    """Raise a `MissingExtraError` if the wheel is not installed (None), or has another version."""
+def check_version() -> None:
+    """Raise a `MissingExtraError` if the wheel is not installed, or has another version."""
+    try:
+        installed = version("cyclonedds")
+    except PackageNotFoundError:
+        installed = "none"
     if installed != VERSION:
         raise MissingExtraError(
-            f"The live middleware needs cyclonedds {VERSION}, found {installed or 'none'}: "
+            f"The live middleware needs cyclonedds {VERSION}, found {installed}: "
             "pip install 'sunset-exemplar[live]', or 'sunset-ros[live]' for the client library alone."
         )
 
 
-def _installed() -> str | None:
-    try:
-        return version("cyclonedds")
-    except PackageNotFoundError:
-        return None
-
-
-check_version(_installed())
+check_version()
 
 from cyclonedds.internal import DDS  # noqa: E402  after the check
 
@@ -52,8 +49,6 @@ _SIGNATURES: Final[dict[str, tuple[object, ...]]] = {  # argument types, and the
     "dds_set_log_mask": (ctypes.c_uint32, None),
     "dds_create_domain": (ctypes.c_uint32, ctypes.c_char_p, _Entity),
     "dds_create_participant": (ctypes.c_uint32, _Pointer, _Pointer, _Entity),
-    "dds_create_publisher": (_Entity, _Pointer, _Pointer, _Entity),
-    "dds_create_subscriber": (_Entity, _Pointer, _Pointer, _Entity),
     "dds_create_writer": (_Entity, _Entity, _Pointer, _Pointer, _Entity),
     "dds_create_reader": (_Entity, _Entity, _Pointer, _Pointer, _Entity),
     "dds_create_readcondition": (_Entity, ctypes.c_uint32, _Entity),
@@ -120,35 +115,32 @@ def create_domain(domain_id: int, configuration: str) -> int:
     return domain
 
 
-def create_participant(domain_id: int, user_data: bytes) -> tuple[int, int, int]:
-    """Enter a domain; return a participant, its DDS publisher for writers, and its subscriber for readers."""
+def create_participant(domain_id: int, user_data: bytes) -> int:
+    """Enter a domain."""
     qos = _C.dds_create_qos()
     _C.dds_qset_userdata(qos, user_data, len(user_data))
     participant = _C.dds_create_participant(domain_id, qos, None)
     _C.dds_delete_qos(qos)
-    checked(participant, f"enter domain {domain_id}")
-    publisher = checked(_C.dds_create_publisher(participant, None, None), "make a publisher")
-    subscriber = checked(_C.dds_create_subscriber(participant, None, None), "make a subscriber")
-    return participant, publisher, subscriber
+    return checked(participant, f"enter domain {domain_id}")
 
 
-def create_writer(publisher: int, topic: int, qos: QoSProfile, user_data: bytes = b"") -> int:
+def create_writer(participant: int, topic: int, qos: QoSProfile, user_data: bytes = b"") -> int:
     """Make a writer with the announcements of a ROS 2 node."""
     settings = _announced(qos, user_data)
     _C.dds_qset_writer_data_lifecycle(settings, False)
-    writer = _C.dds_create_writer(publisher, topic, settings, None)
+    writer = _C.dds_create_writer(participant, topic, settings, None)
     _C.dds_delete_qos(settings)
     return checked(writer, "make a writer")
 
 
 def create_reader(
-    subscriber: int, topic: int, qos: QoSProfile | None, user_data: bytes = b"", *, ignore_own: bool = False
+    participant: int, topic: int, qos: QoSProfile | None, user_data: bytes = b"", *, ignore_own: bool = False
 ) -> int:
     """Make a reader with the announcements of a ROS 2 node; for a built-in topic, without QoS."""
     settings = None if qos is None else _announced(qos, user_data)
     if ignore_own:
         _C.dds_qset_ignorelocal(settings, _IGNORE_PARTICIPANT)
-    reader = _C.dds_create_reader(subscriber, topic, settings, None)
+    reader = _C.dds_create_reader(participant, topic, settings, None)
     if settings is not None:
         _C.dds_delete_qos(settings)
     return checked(reader, "make a reader")

@@ -67,18 +67,12 @@ def _domain(number: int, settings: str) -> Iterator[None]:
 class Link:
     """A participant, and the thread that waits for its samples.
 
-    Args:
-        configuration: the settings.
-        on_data: called on the thread with the number of a reader that has samples, or a number below `FIRST_NUMBER`
-            after news of the graph.
-        on_problem: called, on any thread, with the place and the description of unusable data.
-        on_failure: called on the thread with the error that ends it.
-        graph: receives news of the graph.
+    It calls `on_data` on the thread with the number of a reader that has samples, or a number below `FIRST_NUMBER`
+    after news of the graph; `on_problem`, on any thread, with the place and the description of unusable data; and
+    `on_failure` on the thread with the error that ends it. `graph` receives news of the graph.
 
     Attributes:
         guid: 16 bytes that identify the participant.
-        participant, publisher, subscriber: the entities.
-        waitset: the conditions of the readers.
         gid_size: bytes of a gid in its announcements.
 
     Raises:
@@ -110,7 +104,7 @@ class Link:
         self._thread.start()
 
     def _enter(self, domain_id: int) -> None:
-        self.participant, self.publisher, self.subscriber = dds.create_participant(domain_id, b"enclave=/;")
+        self.participant = dds.create_participant(domain_id, b"enclave=/;")
         self.guid = dds.guid_of(self.participant)
         self._writer = self.create_writer(_DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_QOS)
         self._readers = {
@@ -119,7 +113,7 @@ class Link:
             )
         }
         for number, topic in zip((_PARTICIPANTS, _WRITERS, _READERS), dds.BUILTIN_TOPICS, strict=True):
-            self._readers[number] = dds.create_reader(self.subscriber, topic, None)
+            self._readers[number] = dds.create_reader(self.participant, topic, None)
         self.waitset = dds.WaitSet(self.participant)
         for number, reader in self._readers.items():
             self.waitset.add(number, reader)
@@ -127,7 +121,7 @@ class Link:
     def create_writer(self, topic: str, kind: type[Message], qos: QoSProfile, user_data: str = "") -> int:
         """Make a writer of a DDS topic; `user_data` is announced with the hash of the type."""
         with self._topic(topic, kind) as dds_topic:
-            return dds.create_writer(self.publisher, dds_topic, qos, self._user_data(user_data, kind))
+            return dds.create_writer(self.participant, dds_topic, qos, self._user_data(user_data, kind))
 
     def create_reader(
         self,
@@ -141,7 +135,7 @@ class Link:
         """Make a reader of a DDS topic, likewise; `ignore_own` skips samples of this participant."""
         data = self._user_data(user_data, kind)
         with self._topic(topic, kind) as dds_topic:
-            return dds.create_reader(self.subscriber, dds_topic, qos, data, ignore_own=ignore_own)
+            return dds.create_reader(self.participant, dds_topic, qos, data, ignore_own=ignore_own)
 
     def _topic(self, topic: str, kind: type[Message]) -> AbstractContextManager[int]:
         return wheel.topic_of(self.participant, topic, dds_type_name(type_name(kind)))

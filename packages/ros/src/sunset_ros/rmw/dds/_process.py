@@ -95,7 +95,7 @@ class DdsProcess(LiveProcess):
         link: its participant.
         problems: topic, service or node → number of samples that could not be used.
         alarms: part → time of its next turn, by the steady clock.
-        queue: the parts in line for a turn; None ends a wait.
+        queue: the parts in line for a turn, None to end a wait, and the error that ended the connection.
         endpoints_here: the endpoints of its nodes, by age.
         readers: number of a DDS reader → the part that takes its samples.
         numbers: new numbers for readers.
@@ -112,27 +112,20 @@ class DdsProcess(LiveProcess):
         self.readers: dict[int, DdsEntity] = {}
         self.numbers = count(FIRST_NUMBER)
         self._nodes: dict[NodeHandle, None] = {}
-        self.queue: WaitingLine[DdsEntity | None] = WaitingLine()
+        self.queue: WaitingLine[DdsEntity | Exception | None] = WaitingLine()
         self._ids = count(1)
         self._reported_ns: dict[str, int] = {}
-        self._failure: Exception | None = None
         self._spinning = False
         self._calling = False
         self._undisturbed = 0
         self._graph = Graph()
-        self.link = Link(configuration, self._on_data, self.report, self._on_failure, self._graph)
+        self.link = Link(configuration, self._on_data, self.report, self.queue.put, self._graph)
         atexit.register(self._leave)
 
-    # Called on the thread that waits for samples
-
-    def _on_data(self, number: int) -> None:
+    def _on_data(self, number: int) -> None:  # called on the thread that waits for samples
         entity = self.readers.get(number)
         if entity is not None:
             self.queue.put(entity)
-
-    def _on_failure(self, error: Exception) -> None:
-        self._failure = error
-        self.queue.put(None)
 
     # For its nodes and their parts
 
@@ -227,13 +220,11 @@ class DdsProcess(LiveProcess):
 
     def _spin_until(self, end_ns: int | None) -> bool:
         while self.alive:
-            if self._failure is not None:
-                raise MiddlewareError(f"The connection to DDS broke: {self._failure}") from self._failure
-            try:
+            with suppress(Empty):
                 entity = self._next(end_ns)
-            except Empty:
-                pass
-            else:
+                if isinstance(entity, Exception):
+                    self.queue.put(entity)
+                    raise MiddlewareError(f"The connection to DDS broke: {entity}") from entity
                 if entity is None:  # `wake` was called
                     break
                 if self._run(entity):
@@ -242,7 +233,7 @@ class DdsProcess(LiveProcess):
                 break
         return False
 
-    def _next(self, end_ns: int | None) -> DdsEntity | None:
+    def _next(self, end_ns: int | None) -> DdsEntity | Exception | None:
         """Return the first entity in line, after a wait; raise `Empty` at the next alarm or the end."""
         alarm_ns = self._line_up_timers()
         if self.queue:

@@ -5,24 +5,37 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import count
 from queue import Empty
 from typing import Final, NamedTuple
 
 from sunset_ros.errors import InterfaceError, MiddlewareError
-from sunset_ros.interfaces import deserialize
+from sunset_ros.interfaces import Message, deserialize, get_message, get_service
 from sunset_ros.rmw.core.live import LiveObserver
 from sunset_ros.rmw.core.port import EndpointKind, RequestId, qualified_name
-from sunset_ros.rmw.core.qos import QoSProfile
+from sunset_ros.rmw.core.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    incompatibility,
+)
 from sunset_ros.rmw.core.tap import Tap
 from sunset_ros.rmw.dds import _wheel as wheel
-from sunset_ros.rmw.dds._channels import Channel, Channels
 from sunset_ros.rmw.dds._config import read_configuration
 from sunset_ros.rmw.dds._endpoints import split_sample
 from sunset_ros.rmw.dds._graph import Graph, Participant
-from sunset_ros.rmw.dds._link import Link
-from sunset_ros.rmw.dds._names import OBSERVER, RosName, parse_user_data, ros_name
+from sunset_ros.rmw.dds._link import FIRST_NUMBER, Link
+from sunset_ros.rmw.dds._names import (
+    OBSERVER,
+    RosName,
+    parse_user_data,
+    ros_name,
+    topic_name,
+    topic_names_of_service,
+)
 from sunset_ros.rmw.dds._queue import WaitingLine
 
 _HOLD_NS: Final = 100_000_000
@@ -35,6 +48,87 @@ _LATEST_NS: Final = 1_000_000_000
 """The longest delivery; an earlier or future time of sending is replaced."""
 
 _STEP_S: Final = 0.02
+_SERVICE_QOS = QoSProfile(history=HistoryPolicy.KEEP_ALL)
+
+
+class _Channel(NamedTuple):
+    """A reader of the observer for a topic, or for the requests or responses of a service.
+
+    Attributes:
+        writers: the kind of its writers: publishers, clients (of requests) or services (of responses).
+    """
+
+    reader: int
+    writers: EndpointKind
+    name: str
+    message: type[Message]
+    qos: QoSProfile
+
+
+class _Channels:
+    """The readers of an observer's participant, which keep all samples until they are taken.
+
+    Attributes:
+        by_number: the channels by the numbers of their readers.
+    """
+
+    def __init__(self, link: Link) -> None:
+        self.by_number: dict[int, _Channel] = {}
+        self._link = link
+        self._numbers = count(FIRST_NUMBER)
+
+    def listen(self, ros: RosName, qos: QoSProfile) -> None:
+        """Make readers for the topic or service of an endpoint, unless existing readers hear it."""
+        if ros.kind in {EndpointKind.CLIENT, EndpointKind.SERVICE}:
+            self._listen_to_service(ros)
+        else:
+            self._listen_to_topic(ros, qos)
+
+    def hears(self, channel: _Channel, qos: QoSProfile) -> bool:
+        """Return whether a channel is the first that receives samples of a publisher with this QoS."""
+        compatible = (
+            each for each in self._of(channel.name, channel.message) if incompatibility(qos, each.qos) is None
+        )
+        return next(compatible, channel) is channel
+
+    def _of(self, name: str, message: type[Message]) -> list[_Channel]:
+        return [each for each in self.by_number.values() if (each.name, each.message) == (name, message)]
+
+    def _listen_to_service(self, ros: RosName) -> None:
+        service = get_service(ros.type_name)
+        if not self._of(ros.name, service.Request):
+            requests, responses = topic_names_of_service(ros.name)
+            # a unique id, which matches no client and no server
+            self._open(requests, EndpointKind.CLIENT, ros, service.Request, id_key="serviceid")
+            self._open(responses, EndpointKind.SERVICE, ros, service.Response, id_key="clientid")
+
+    def _listen_to_topic(self, ros: RosName, qos: QoSProfile) -> None:
+        message = get_message(ros.type_name)
+        there = self._of(ros.name, message)
+        if ros.kind is EndpointKind.SUBSCRIPTION:
+            if there or qos.reliability is ReliabilityPolicy.BEST_EFFORT:  # the offered QoS is not known yet
+                return
+            qos = replace(qos, durability=DurabilityPolicy.VOLATILE)
+        elif any(incompatibility(qos, channel.qos) is None for channel in there):
+            return
+        qos = replace(qos, history=HistoryPolicy.KEEP_ALL, lifespan_ns=None)
+        self._open(topic_name(ros.name), EndpointKind.PUBLISHER, ros, message, qos=qos)
+
+    def _open(
+        self,
+        topic: str,
+        writers: EndpointKind,
+        ros: RosName,
+        message: type[Message],
+        *,
+        qos: QoSProfile = _SERVICE_QOS,
+        id_key: str = "own",
+    ) -> None:
+        user_data = f"{OBSERVER}=1;{id_key}={OBSERVER};"
+        reader = self._link.create_reader(topic, message, qos, user_data)
+        number = next(self._numbers)
+        self.by_number[number] = _Channel(reader, writers, ros.name, message, qos)
+        self._link.waitset.add(number, reader)
 
 
 class _Event(NamedTuple):
@@ -46,7 +140,7 @@ class _Event(NamedTuple):
     sent_ns: int
     age: int
     arrived_ns: int
-    channel: Channel
+    channel: _Channel
     writer: int
     request_id: RequestId | None
     payload: bytes
@@ -109,8 +203,14 @@ class CycloneTap(LiveObserver):
         self._ages = count()
         configuration = read_configuration(environment, domain_id=domain_id)
         news = _News(self._queue)
-        self._link = Link(configuration, self._queue.put, self._on_problem, self._queue.put, news)
-        self._channels = Channels(self._link)
+        self._link = Link(
+            configuration,
+            on_data=self._queue.put,
+            on_problem=lambda where, _: self.problems.update([where]),
+            on_failure=self._queue.put,
+            graph=news,
+        )
+        self._channels = _Channels(self._link)
         self._thread = threading.Thread(target=self._run, name="tap", daemon=True)
         self._thread.start()
 
@@ -132,10 +232,6 @@ class CycloneTap(LiveObserver):
         if self._thread.is_alive():
             self._queue.put(None)
             self._thread.join()
-
-    def _on_problem(self, where: str, problem: str) -> None:
-        del problem
-        self.problems[where] += 1
 
     # Its thread
 
@@ -170,7 +266,7 @@ class CycloneTap(LiveObserver):
             self._learn_endpoint(*item)
         return item is not None
 
-    def _take(self, channel: Channel) -> None:
+    def _take(self, channel: _Channel) -> None:
         while (sample := wheel.take(channel.reader)) is not None:
             payload, writer, sent_ns = sample
             now_ns = time.time_ns()
@@ -203,7 +299,7 @@ class CycloneTap(LiveObserver):
 
     def _learn_endpoint(self, endpoint: wheel.Endpoint, writes: bool) -> None:
         guid = endpoint.guid
-        if endpoint.participant == self._link.guid or OBSERVER in parse_user_data(endpoint.user_data):
+        if OBSERVER in parse_user_data(endpoint.user_data):
             return
         if endpoint.topic and writes:
             self._writers[endpoint.handle] = endpoint

@@ -6,10 +6,10 @@ that `_library` accepts.
 
 import ctypes
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeVar
 
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.rmw.dds._library import checked, delete, read_qos, sertype_of
@@ -17,6 +17,8 @@ from sunset_ros.rmw.dds._library import checked, delete, read_qos, sertype_of
 from cyclonedds import _clayer  # isort: skip  after the version was checked
 from cyclonedds.idl import make_idl_struct  # isort: skip
 from cyclonedds.idl.types import uint8  # isort: skip
+
+T = TypeVar("T")
 
 MAKING_TOPIC: Final = threading.Lock()
 """Held while a topic is made: its participant must not be deleted meanwhile."""
@@ -89,21 +91,15 @@ def take(reader: int) -> tuple[bytes, int, int] | None:
 
 
 class Endpoint(NamedTuple):
-    """A writer or reader on the network.
+    """A writer or reader on the network, with the name of its DDS type, and the QoS and user data that it announces.
 
     Attributes:
         guid: 16 bytes that identify it.
-        participant: the GUID of its participant.
-        alive: whether it exists; if not, only the GUIDs and the handle are certain.
-        topic: the name of its DDS topic.
-        type_name: the name of its DDS type.
-        qos: the profile that it announces.
-        user_data: the user data that it announces.
+        alive: whether it exists; if not, only the GUID and the handle are certain.
         handle: its number in this process; 0 in the result of a search by handle.
     """
 
     guid: bytes
-    participant: bytes
     alive: bool
     topic: str
     type_name: str
@@ -113,39 +109,35 @@ class Endpoint(NamedTuple):
 
 
 def _endpoint(*described: Any) -> Endpoint:
-    guid, participant, _, topic, type_name, announced, info, _ = described
+    guid, _, _, topic, type_name, announced, info, _ = described
     handle = 0 if info is None else info.instance_handle
     if announced is None:
-        return Endpoint(guid, participant, False, "", "", QoSProfile(), b"", handle)
-    alive = info is None or info.instance_state == _ALIVE
+        return Endpoint(guid, False, "", "", QoSProfile(), b"", handle)
     qos, user_data = announced
-    return Endpoint(guid, participant, alive, topic, type_name, qos, user_data, handle)
+    alive = info is None or info.instance_state == _ALIVE
+    return Endpoint(guid, alive, topic, type_name, qos, user_data, handle)
 
 
 def take_endpoints(reader: int) -> list[Endpoint]:
     """Return news of endpoints from a reader of a built-in topic."""
-    endpoints: list[Endpoint] = []
-    while True:
-        batch: list[Endpoint] | int = _clayer.ddspy_take_endpoint(reader, _BATCH, _endpoint, read_qos)
-        if not batch or isinstance(batch, int):
-            return endpoints
-        endpoints += batch
+    return _take_all(lambda: _clayer.ddspy_take_endpoint(reader, _BATCH, _endpoint, read_qos))
 
 
 def take_participants(reader: int) -> list[tuple[bytes, bool]]:
     """Return news of participants: (GUID, whether it exists)."""
-    participants: list[tuple[bytes, bool]] = []
-    while True:
-        batch: list[tuple[bytes, bool]] | int = _clayer.ddspy_take_participant(
-            reader, _BATCH, _participant, lambda _: None
-        )
-        if not batch or isinstance(batch, int):
-            return participants
-        participants += batch
+    return _take_all(lambda: _clayer.ddspy_take_participant(reader, _BATCH, _participant, lambda _: None))
 
 
 def _participant(guid: bytes, _: None, info: Any) -> tuple[bytes, bool]:
     return guid, info.instance_state == _ALIVE
+
+
+def _take_all(take: Callable[[], list[T] | int]) -> list[T]:
+    """Take batches until there are none, or an error."""
+    items: list[T] = []
+    while (batch := take()) and not isinstance(batch, int):
+        items += batch
+    return items
 
 
 def matched_subscription(writer: int, handle: int) -> Endpoint | None:

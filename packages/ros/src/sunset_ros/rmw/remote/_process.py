@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import count
-from typing import Final
+from typing import Final, Literal
 
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.interfaces import Message, deserialize, serialize, type_name
@@ -89,6 +89,10 @@ class _RemoteEndpoint(_RemotePart, Endpoint):
             MakeEndpoint(self.number, self.node.number, self.kind, ros_type, self.name, self.qos, self.label)
         )
 
+    def ask(self, about: Literal["matched", "wanted", "server_ready"]) -> int:
+        """Return a property of the stand-in; 0 if it is destroyed."""
+        return self.process.ask(Ask(self.number, about)).value if self.alive else 0
+
     def run(self, call: Call) -> None:
         """Call the handler with the message of a call."""
         self.handler(*call.ids, deserialize(call.body, self.received))
@@ -103,11 +107,11 @@ class RemotePublisher(_RemoteEndpoint, PublisherHandle):
 
     @property
     def wanted(self) -> bool:
-        return self.alive and bool(self.process.ask(Ask(self.number, "wanted")).value)
+        return bool(self.ask("wanted"))
 
     @property
     def matched(self) -> int:
-        return self.process.ask(Ask(self.number, "matched")).value if self.alive else 0
+        return self.ask("matched")
 
 
 class RemoteSubscription(_RemoteEndpoint, SubscriptionHandle):
@@ -115,7 +119,7 @@ class RemoteSubscription(_RemoteEndpoint, SubscriptionHandle):
 
     @property
     def matched(self) -> int:
-        return self.process.ask(Ask(self.number, "matched")).value if self.alive else 0
+        return self.ask("matched")
 
 
 class RemoteClient(_RemoteEndpoint, ClientHandle):
@@ -126,7 +130,7 @@ class RemoteClient(_RemoteEndpoint, ClientHandle):
         self.request(Act(self.number, "send_request", body=payload))
 
     def server_ready(self) -> bool:
-        return self.alive and bool(self.process.ask(Ask(self.number, "server_ready")).value)
+        return bool(self.ask("server_ready"))
 
 
 class RemoteService(_RemoteEndpoint, ServiceHandle):

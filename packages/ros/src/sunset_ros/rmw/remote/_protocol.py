@@ -30,13 +30,9 @@ class _Part(Struct, array_like=True, tag=True):
 
 
 class Call(_Part):
-    """Run a handler.
+    """Run a handler, of which 0 is the program of the process, with the message in `body`, if there is any.
 
-    Attributes:
-        handler: its number; 0 is the program of the process.
-        now_ns: the time.
-        ids: the id of a request, or the number of a response.
-        body: the message, if there is any.
+    `ids` has the id of a request, or the number of a response.
     """
 
     handler: int
@@ -46,15 +42,7 @@ class Call(_Part):
 
 
 class Answer(_Part):
-    """The answer to a question.
-
-    Attributes:
-        now_ns: the time.
-        value: a number or a truth value.
-        nodes: the nodes of the graph.
-        endpoints: the endpoints of the graph.
-        error: the reason why there is no answer; empty if there is an answer.
-    """
+    """The answer to a question: a value, nodes, endpoints, or in `error` the reason why there is none."""
 
     now_ns: int
     value: bool | int = False

@@ -118,10 +118,7 @@ class Network:
     """The state of the simulated world.
 
     Attributes:
-        scheduler: events and the clock.
         latency_ns: time between departure and arrival of a sample.
-        compute: durations of callbacks.
-        taps: the observers.
         executing: the process whose callback runs now.
         nodes: all nodes, by age.
     """

@@ -397,6 +397,10 @@ HOSTILE = {
         frame(NODE, endpoint("subscription"), ("Act", 2, "destroy", None, b"\0\1\0\0"), DONE),
         "asked for what cannot be",
     ),
+    "a number for a message": (
+        frame(NODE, endpoint("publisher"), ("Act", 2, "publish", 5), DONE),
+        "asked for what cannot be",
+    ),
     "an argument too few": (frame(NODE, endpoint("publisher"), ("Act", 2, "publish"), DONE), "cannot be"),
     "an unknown type": (frame(NODE, endpoint("publisher", "os/msg/System"), DONE), "There is no message"),
     "a path for a type": (frame(NODE, endpoint("service", "../x/srv/Y"), DONE), "There is no service"),

@@ -172,7 +172,7 @@ class Gateway:
                 self._act(change)
         except PipeError:
             raise
-        except (MiddlewareError, OverflowError, TypeError) as error:
+        except (AttributeError, MiddlewareError, OverflowError, TypeError) as error:
             raise PipeError(f"asked for what cannot be: {error}") from error
 
     def _node(self, number: int) -> NodeHandle:
@@ -185,14 +185,8 @@ class Gateway:
         is_topic = change.kind in {EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION}
         ros_type = get_message(change.type_name) if is_topic else get_service(change.type_name)
         part: type[Endpoint] = getattr(self._process.parts, change.kind.value)
-        return part(
-            self._node(change.node),
-            ros_type,
-            change.name,
-            change.qos,
-            handler=partial(self._call, change.number),
-            label=shorten(change.label),
-        )
+        node, handler = self._node(change.node), partial(self._call, change.number)
+        return part(node, ros_type, change.name, change.qos, handler=handler, label=shorten(change.label))
 
     def _make_timer(self, change: MakeTimer) -> None:
         node, handler = self._node(change.node), partial(self._call, change.number)

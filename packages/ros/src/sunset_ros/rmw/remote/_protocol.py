@@ -24,6 +24,11 @@ _LONGEST: Final = 64 << 20
 
 _HEADER: Final = 4
 
+_Sending: TypeAlias = Literal["publish", "send_request", "send_response"]
+_Changing: TypeAlias = Literal[
+    "attach", "cancel", "defer", "destroy", "detach", "reset", "set_period_ns", "shutdown"
+]
+
 
 class _Part(Struct, array_like=True, tag=True):
     """An order or a statement."""
@@ -84,19 +89,7 @@ class Act(_Part):
     """Call a method, whose arguments follow; `defer` lets calls of a subscription's handler wait for the next turn."""
 
     number: int
-    verb: Literal[
-        "attach",
-        "cancel",
-        "defer",
-        "destroy",
-        "detach",
-        "publish",
-        "reset",
-        "send_request",
-        "send_response",
-        "set_period_ns",
-        "shutdown",
-    ]
+    verb: _Sending | _Changing
     argument: RequestId | int | None = None
     body: bytes | None = None
 

@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.interfaces import Message, Service
-from sunset_ros.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
+from sunset_ros.rmw.core.port import EndpointInfo
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.rmw.core.tap import Tap
 from sunset_ros.rmw.sim._endpoints import PARTS, SimClient
@@ -127,25 +127,6 @@ class Simulation:
     def endpoints(self) -> list[EndpointInfo]:
         """Return every endpoint on the graph, in a fixed order."""
         return self._network.endpoints()
-
-    def publishers_of(self, node: str) -> list[tuple[str, str]]:
-        """Return (topic, type) of the publishers of a node, given by its fully qualified name."""
-        return self._of(node, EndpointKind.PUBLISHER)
-
-    def subscriptions_of(self, node: str) -> list[tuple[str, str]]:
-        """Return (topic, type) of the subscriptions of a node, given by its fully qualified name."""
-        return self._of(node, EndpointKind.SUBSCRIPTION)
-
-    def services_of(self, node: str) -> list[tuple[str, str]]:
-        """Return (name, type) of the services that a node offers, given by its fully qualified name."""
-        return self._of(node, EndpointKind.SERVICE)
-
-    def _of(self, node: str, kind: EndpointKind) -> list[tuple[str, str]]:
-        return [
-            (info.name, info.type_name)
-            for info in self._network.endpoints()
-            if info.kind is kind and qualified_name(info.node_namespace, info.node_name) == node
-        ]
 
     def _check_outside(self) -> None:
         if self._network.executing is not None:

@@ -74,10 +74,10 @@ class _Reading(DdsEndpoint, DdsEntity):
         self.readers = (dds.guid_of(self._reader),)
 
     def join(self) -> None:
-        self._number = next(self.process.numbers)
+        self._number = self.process.link.waitset.add(self._reader)
         self.process.readers[self._number] = self
         super().join()
-        self.process.link.waitset.add(self._number, self._reader)
+        self.process.link.waitset.watch(self._number)
 
     def take_turn(self) -> bool:
         sample = wheel.take(self._reader)

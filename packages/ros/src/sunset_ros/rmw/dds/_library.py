@@ -7,6 +7,7 @@ and checked here before the wheel is imported.
 import ctypes
 from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
+from itertools import count
 from typing import Final
 
 from sunset_ros.errors import MiddlewareError, MissingExtraError
@@ -243,23 +244,24 @@ def wait_for_acks(writer: int, timeout_ns: int) -> None:
 
 
 class WaitSet:
-    """Waits until a reader has samples; each reader has a number of at least 1, and is watched once."""
+    """Waits until a reader has samples, whose number it returns; a reader is watched once."""
 
     def __init__(self, participant: int) -> None:
         self._set = checked(_C.dds_create_waitset(participant), "make a waitset")
         self._guard = checked(_C.dds_create_guardcondition(participant), "make a condition")
-        self._numbers = (ctypes.c_ssize_t * 64)()
-        self._conditions: dict[int, int] = {}
-        checked(_C.dds_waitset_attach(self._set, self._guard, 0), "watch a condition")
+        self._room = (ctypes.c_ssize_t * 64)()
+        self._numbers = count(1)
+        self._conditions = {0: self._guard}
+        self.watch(0)
 
-    def add(self, number: int, reader: int) -> None:
-        """Watch a new reader until it has samples."""
-        condition = checked(_C.dds_create_readcondition(reader, _ANY), "make a condition")
-        self._conditions[number] = condition
-        self.watch(number)
+    def add(self, reader: int) -> int:
+        """Return a new number for a reader, which is not watched yet."""
+        number = next(self._numbers)
+        self._conditions[number] = checked(_C.dds_create_readcondition(reader, _ANY), "make a condition")
+        return number
 
     def watch(self, number: int) -> None:
-        """Watch a reader again."""
+        """Watch a reader until it has samples."""
         checked(_C.dds_waitset_attach(self._set, self._conditions[number], number), "watch a condition")
 
     def forget(self, number: int) -> None:
@@ -270,11 +272,8 @@ class WaitSet:
         """Return the numbers of readers that have samples; none after `close`."""
         numbers: list[int] = []
         while not numbers:
-            count = checked(
-                _C.dds_waitset_wait(self._set, self._numbers, len(self._numbers), _FOREVER),
-                "wait for samples",
-            )
-            numbers = self._numbers[: min(count, len(self._numbers))]
+            found = _C.dds_waitset_wait(self._set, self._room, len(self._room), _FOREVER)
+            numbers = self._room[: min(checked(found, "wait for samples"), len(self._room))]
         if 0 in numbers:
             return []
         for number in numbers:

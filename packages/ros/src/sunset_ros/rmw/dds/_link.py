@@ -22,10 +22,6 @@ from sunset_ros.rmw.dds._graph import (
 )
 from sunset_ros.rmw.dds._names import dds_type_name
 
-FIRST_NUMBER: Final = 16
-"""Lower numbers are conditions of the link itself."""
-
-_NODES, _PARTICIPANTS, _WRITERS, _READERS = range(1, 5)
 _DISCOVERY_TOPIC: Final = "ros_discovery_info"
 _DISCOVERY_QOS: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _DISCOVERY_READER_QOS: Final = QoSProfile(
@@ -67,8 +63,8 @@ def _domain(number: int, settings: str) -> Iterator[None]:
 class Link:
     """A participant, and the thread that waits for its samples.
 
-    It calls `on_data` on the thread with the number of a reader that has samples, or a number below `FIRST_NUMBER`
-    after news of the graph; `on_problem`, on any thread, with the place and the description of unusable data; and
+    It calls `on_data` on the thread with the number of a reader that has samples, or has news of
+    the graph; `on_problem`, on any thread, with the place and the description of unusable data; and
     `on_failure` on the thread with the error that ends it. `graph` receives news of the graph.
 
     Attributes:
@@ -107,16 +103,15 @@ class Link:
         self.participant = dds.create_participant(domain_id, b"enclave=/;")
         self.guid = dds.guid_of(self.participant)
         self._writer = self.create_writer(_DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_QOS)
-        self._readers = {
-            _NODES: self.create_reader(
-                _DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_READER_QOS, ignore_own=True
-            )
-        }
-        for number, topic in zip((_PARTICIPANTS, _WRITERS, _READERS), dds.BUILTIN_TOPICS, strict=True):
-            self._readers[number] = dds.create_reader(self.participant, topic, None)
+        nodes = self.create_reader(
+            _DISCOVERY_TOPIC, ParticipantEntitiesInfo, _DISCOVERY_READER_QOS, ignore_own=True
+        )
+        builtin = [dds.create_reader(self.participant, topic, None) for topic in dds.BUILTIN_TOPICS]
+        self._readers = [nodes, *builtin]
         self.waitset = dds.WaitSet(self.participant)
-        for number, reader in self._readers.items():
-            self.waitset.add(number, reader)
+        self._numbers = {self.waitset.add(reader) for reader in self._readers}
+        for number in self._numbers:
+            self.waitset.watch(number)
 
     def create_writer(self, topic: str, kind: type[Message], qos: QoSProfile, user_data: str = "") -> int:
         """Make a writer of a DDS topic; `user_data` is announced with the hash of the type."""
@@ -149,7 +144,7 @@ class Link:
         try:
             while numbers := self.waitset.wait():
                 for number in numbers:
-                    if number < FIRST_NUMBER:
+                    if number in self._numbers:
                         self.look()
                         self.waitset.watch(number)
                     self._on_data(number)
@@ -160,19 +155,19 @@ class Link:
 
     def look(self) -> None:
         """Read news of the graph."""
+        nodes, participating, writers, readers = self._readers
         with self._looking:
             samples = []
-            while (sample := wheel.take(self._readers[_NODES])) is not None:
+            while (sample := wheel.take(nodes)) is not None:
                 samples.append(sample[0])
-            participants = wheel.take_participants(self._readers[_PARTICIPANTS])
+            participants = wheel.take_participants(participating)
             # participants that have left by now were there when they sent the samples above
             self._graph.learn_participants([(guid, True) for guid, _ in participants])
             for payload in samples:
                 self._learn_nodes(payload)
             self._graph.learn_participants([(guid, False) for guid, alive in participants if not alive])
-            for number in (_WRITERS, _READERS):
-                endpoints = wheel.take_endpoints(self._readers[number])
-                self._graph.learn_endpoints(endpoints, writers=number == _WRITERS)
+            self._graph.learn_endpoints(wheel.take_endpoints(writers), writers=True)
+            self._graph.learn_endpoints(wheel.take_endpoints(readers), writers=False)
 
     def _learn_nodes(self, payload: bytes) -> None:
         try:

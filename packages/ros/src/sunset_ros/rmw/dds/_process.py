@@ -24,7 +24,7 @@ from sunset_ros.rmw.core.node import Endpoint, Entity, NodeHandle
 from sunset_ros.rmw.core.port import EndpointInfo
 from sunset_ros.rmw.dds._config import Configuration
 from sunset_ros.rmw.dds._graph import Graph, NodeEntities
-from sunset_ros.rmw.dds._link import FIRST_NUMBER, Link
+from sunset_ros.rmw.dds._link import Link
 from sunset_ros.rmw.dds._queue import WaitingLine
 
 _STEP_S: Final = 0.005
@@ -67,12 +67,7 @@ class DdsEndpoint(Endpoint):
 
     def join(self) -> None:
         super().join()
-        self.process.endpoints_here[self] = None
         self.process.announce()
-
-    def retire(self) -> None:
-        super().retire()
-        self.process.endpoints_here.pop(self, None)
 
     def destroy(self) -> None:
         if self.alive:
@@ -88,6 +83,10 @@ class DdsEndpoint(Endpoint):
         return True
 
 
+def _endpoints_of(node: NodeHandle) -> list[DdsEndpoint]:
+    return [entity for entity in list(node.entities) if isinstance(entity, DdsEndpoint)]
+
+
 class DdsProcess(LiveProcess):
     """A process on DDS, without the classes of its parts.
 
@@ -96,9 +95,7 @@ class DdsProcess(LiveProcess):
         problems: topic, service or node → number of samples that could not be used.
         alarms: part → time of its next turn, by the steady clock.
         queue: the parts in line for a turn, None to end a wait, and the error that ended the connection.
-        endpoints_here: the endpoints of its nodes, by age.
         readers: number of a DDS reader → the part that takes its samples.
-        numbers: new numbers for readers.
     """
 
     _end_text = "The process has left the network."
@@ -108,9 +105,7 @@ class DdsProcess(LiveProcess):
         self.describes_types = configuration.announces_hashes
         self.problems: Counter[str] = Counter()
         self.alarms: dict[DdsEntity, int] = {}
-        self.endpoints_here: dict[DdsEndpoint, None] = {}
         self.readers: dict[int, DdsEntity] = {}
-        self.numbers = count(FIRST_NUMBER)
         self._nodes: dict[NodeHandle, None] = {}
         self.queue: WaitingLine[DdsEntity | Exception | None] = WaitingLine()
         self._ids = count(1)
@@ -140,7 +135,7 @@ class DdsProcess(LiveProcess):
 
     def _describe_nodes(self) -> Iterator[NodeEntities]:
         for node in self._nodes:
-            ends = [end for end in self.endpoints_here if end.node is node]
+            ends = _endpoints_of(node)
             yield NodeEntities(
                 node.namespace,
                 node.name,
@@ -289,7 +284,7 @@ class DdsProcess(LiveProcess):
         if not self._alive:
             return
         self._alive = False
-        endpoints = list(self.endpoints_here)
+        endpoints = [end for node in self._nodes for end in _endpoints_of(node)]
         self._poll(lambda: not sum(not end.settle() for end in endpoints), _PARTING_NS, lambda: False)
         writers = [writer for endpoint in endpoints for writer in endpoint.reliable_writers()]
         for node in self._nodes:
@@ -298,7 +293,7 @@ class DdsProcess(LiveProcess):
             node.alive = False
             node.entities = {}
         # replaced, not cleared: the code that a signal handler has interrupted may iterate over them
-        self._nodes, self.alarms, self.readers, self.endpoints_here = {}, {}, {}, {}
+        self._nodes, self.alarms, self.readers = {}, {}, {}
         self.link.leave(writers)
         atexit.unregister(self._leave)
         self.wake()

@@ -27,7 +27,7 @@ from sunset_ros.rmw.dds import _wheel as wheel
 from sunset_ros.rmw.dds._config import read_configuration
 from sunset_ros.rmw.dds._endpoints import split_sample
 from sunset_ros.rmw.dds._graph import Graph, Participant
-from sunset_ros.rmw.dds._link import FIRST_NUMBER, Link
+from sunset_ros.rmw.dds._link import Link
 from sunset_ros.rmw.dds._names import (
     OBSERVER,
     RosName,
@@ -75,7 +75,6 @@ class _Channels:
     def __init__(self, link: Link) -> None:
         self.by_number: dict[int, _Channel] = {}
         self._link = link
-        self._numbers = count(FIRST_NUMBER)
 
     def listen(self, ros: RosName, qos: QoSProfile) -> None:
         """Make readers for the topic or service of an endpoint, unless existing readers hear it."""
@@ -126,9 +125,9 @@ class _Channels:
     ) -> None:
         user_data = f"{OBSERVER}=1;{id_key}={OBSERVER};"
         reader = self._link.create_reader(topic, message, qos, user_data)
-        number = next(self._numbers)
+        number = self._link.waitset.add(reader)
         self.by_number[number] = _Channel(reader, writers, ros.name, message, qos)
-        self._link.waitset.add(number, reader)
+        self._link.waitset.watch(number)
 
 
 class _Event(NamedTuple):

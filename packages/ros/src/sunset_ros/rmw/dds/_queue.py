@@ -32,9 +32,7 @@ class WaitingLine(Generic[T]):
         """Take the first item after a wait of at most so many seconds, None for ever; raise `Empty` without one."""
         end_s = None if timeout_s is None else time.monotonic() + timeout_s
         while not self._items:
-            if end_s is None:
-                self._news.acquire()
-            elif not self._news.acquire(timeout=max(0.0, end_s - time.monotonic())):
+            if not self._news.acquire(timeout=-1 if end_s is None else max(0.0, end_s - time.monotonic())):
                 raise Empty
         return self._items.popleft()
 

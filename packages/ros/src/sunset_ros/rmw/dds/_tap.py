@@ -201,13 +201,12 @@ class CycloneTap(LiveObserver):
         self._requests: set[tuple[str, RequestId | None]] = set()
         self._ages = count()
         configuration = read_configuration(environment, domain_id=domain_id)
-        news = _News(self._queue)
         self._link = Link(
             configuration,
             on_data=self._queue.put,
             on_problem=lambda where, _: self.problems.update([where]),
             on_failure=self._queue.put,
-            graph=news,
+            graph=_News(self._queue),
         )
         self._channels = _Channels(self._link)
         self._thread = threading.Thread(target=self._run, name="tap", daemon=True)
@@ -304,7 +303,10 @@ class CycloneTap(LiveObserver):
             self._writers[endpoint.handle] = endpoint
         ros = ros_name(endpoint.topic, endpoint.type_name, writes=writes)
         if ros is not None:
-            self._listen(ros, endpoint.qos)
+            try:
+                self._channels.listen(ros, endpoint.qos)
+            except MiddlewareError:  # an unknown type, or a name that DDS refuses
+                self.problems[ros.name] += 1
             if not writes:
                 self._unannounced[guid] = ros
             if ros.kind is EndpointKind.SERVICE:
@@ -313,12 +315,6 @@ class CycloneTap(LiveObserver):
                 self._pass_reader_on(guid)
         if not endpoint.alive:
             self._gone_ns[guid] = time.time_ns()
-
-    def _listen(self, ros: RosName, qos: QoSProfile) -> None:
-        try:
-            self._channels.listen(ros, qos)
-        except (InterfaceError, MiddlewareError):  # an unknown type, or a name that DDS refuses
-            self.problems[ros.name] += 1
 
     # Samples
 

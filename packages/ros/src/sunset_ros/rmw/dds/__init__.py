@@ -6,7 +6,7 @@ from typing import Final
 from sunset_ros.interfaces import Message, type_hash, type_name
 from sunset_ros.rmw.dds import _wheel as wheel
 from sunset_ros.rmw.dds._endpoints import CycloneDDS
-from sunset_ros.rmw.dds._names import dds_type_name
+from sunset_ros.rmw.dds._graph import dds_type_name
 from sunset_ros.rmw.dds._tap import CycloneTap
 from sunset_ros.rmw.dds.domains import free_domain_id, sole_system
 

@@ -26,7 +26,7 @@ from sunset_ros.rmw.core.qos import DurabilityPolicy, ReliabilityPolicy
 from sunset_ros.rmw.dds import _library as dds
 from sunset_ros.rmw.dds import _wheel as wheel
 from sunset_ros.rmw.dds._config import read_configuration
-from sunset_ros.rmw.dds._names import parse_user_data, topic_name, topic_names_of_service
+from sunset_ros.rmw.dds._graph import parse_user_data, topic_name, topic_names_of_service
 from sunset_ros.rmw.dds._process import DdsEndpoint, DdsEntity, DdsProcess
 
 _HEADER: Final = Struct("<Qq")

@@ -24,8 +24,7 @@ from sunset_ros.rmw.core.node import Endpoint, Entity, NodeHandle
 from sunset_ros.rmw.core.port import EndpointInfo
 from sunset_ros.rmw.dds._config import Configuration
 from sunset_ros.rmw.dds._graph import Graph, NodeEntities
-from sunset_ros.rmw.dds._link import Link
-from sunset_ros.rmw.dds._queue import WaitingLine
+from sunset_ros.rmw.dds._link import Link, WaitingLine
 
 _STEP_S: Final = 0.005
 _PARTING_NS: Final = 1_500_000_000

@@ -26,17 +26,17 @@ from sunset_ros.rmw.core.tap import Tap
 from sunset_ros.rmw.dds import _wheel as wheel
 from sunset_ros.rmw.dds._config import read_configuration
 from sunset_ros.rmw.dds._endpoints import split_sample
-from sunset_ros.rmw.dds._graph import Graph, Participant
-from sunset_ros.rmw.dds._link import Link
-from sunset_ros.rmw.dds._names import (
+from sunset_ros.rmw.dds._graph import (
     OBSERVER,
+    Graph,
+    Participant,
     RosName,
     parse_user_data,
     ros_name,
     topic_name,
     topic_names_of_service,
 )
-from sunset_ros.rmw.dds._queue import WaitingLine
+from sunset_ros.rmw.dds._link import Link, WaitingLine
 
 _HOLD_NS: Final = 100_000_000
 """How long a sample waits for samples that were sent earlier and come later."""

@@ -20,6 +20,7 @@ from sunset_ros.interfaces.lifecycle_msgs.msg import Transition
 from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
 from sunset_ros.interfaces.rcl_interfaces.msg import SetParametersResult
 from sunset_ros.interfaces.rcl_interfaces.srv import SetParameters
+from sunset_ros.rmw.core.port import EndpointKind, qualified_name
 from sunset_ros.rmw.sim import SimProcess, Simulation, Tap
 
 NodeT = TypeVar("NodeT", bound=Node)
@@ -90,6 +91,21 @@ class World:
     def now(self) -> float:
         """Virtual time in seconds."""
         return self.sim.now / 1e9
+
+    def publishers_of(self, node: str) -> list[tuple[str, str]]:
+        """Return (topic, type) of the publishers of a node, given by its fully qualified name."""
+        return self._of(node, EndpointKind.PUBLISHER)
+
+    def subscriptions_of(self, node: str) -> list[tuple[str, str]]:
+        """Return (topic, type) of the subscriptions of a node, given by its fully qualified name."""
+        return self._of(node, EndpointKind.SUBSCRIPTION)
+
+    def _of(self, node: str, kind: EndpointKind) -> list[tuple[str, str]]:
+        return [
+            (info.name, info.type_name)
+            for info in self.sim.endpoints()
+            if info.kind is kind and qualified_name(info.node_namespace, info.node_name) == node
+        ]
 
     def start(
         self,

@@ -88,7 +88,7 @@ def test_frames_without_a_partner_do_not_pile_up(world: "World", evaluator: Eval
 
 def test_it_is_no_part_of_the_managed_system(world: "World", evaluator: Evaluator) -> None:
     assert evaluator.get_fully_qualified_name() == "/evaluator"
-    assert dict(world.sim.subscriptions_of("/evaluator")).keys() >= {RESULT, TRUTH}
+    assert dict(world.subscriptions_of("/evaluator")).keys() >= {RESULT, TRUTH}
 
 
 @pytest.mark.usefixtures("evaluator")

@@ -165,7 +165,7 @@ def test_a_configuration_outlasts_a_redeploy_of_either_node(
         message.status[0].hardware_id: message.status[0].message for message in world.messages["/diagnostics"]
     }
     assert states["image_enhancement"] == "active"
-    topics = dict(world.sim.subscriptions_of("/managed_subsystem/sensor_fusion"))
+    topics = dict(world.subscriptions_of("/managed_subsystem/sensor_fusion"))
     assert "/managed_subsystem/rgb_enhanced" in topics
 
 

@@ -134,17 +134,17 @@ def test_states_and_heartbeats_of_a_real_node(world: "World") -> None:
 
 
 def test_it_does_not_listen_to_the_truth(world: "World", monitor: Monitor) -> None:
-    topics = {topic for topic, _ in world.sim.subscriptions_of(monitor.get_fully_qualified_name())}
+    topics = {topic for topic, _ in world.subscriptions_of(monitor.get_fully_qualified_name())}
     assert not topics & {"/gt_segmentation", "/seg_metrics", "/experiment/injections", "/parameter_events"}
 
 
 @pytest.mark.usefixtures("monitor")
 def test_its_subscriptions_match_what_the_pipeline_publishes(world: "World") -> None:
-    subscribed = set(world.sim.subscriptions_of("/monitor"))
+    subscribed = set(world.subscriptions_of("/monitor"))
     published: set[tuple[str, str]] = set()
     for node_class in (Camera, Depth, ImageEnhancement, Fusion, SegmentationNode):
         world.start(node_class)
-        published |= set(world.sim.publishers_of(f"/managed_subsystem/{node_class.node_name}"))
+        published |= set(world.publishers_of(f"/managed_subsystem/{node_class.node_name}"))
     raw = {("/rgb_raw", "sensor_msgs/msg/Image"), ("/depth_raw", "sensor_msgs/msg/Image")}
     assert subscribed - raw <= published
 

@@ -166,9 +166,9 @@ def test_it_stays_as_it_was_left_when_the_delay_is_over(world: "World") -> None:
 @pytest.mark.usefixtures("shouter")
 def test_while_inactive_it_has_no_subscription_and_publishes_nothing(world: "World") -> None:
     topic = ("/managed_subsystem/quiet", "std_msgs/msg/String")
-    assert topic in world.sim.subscriptions_of("/managed_subsystem/shouter")
+    assert topic in world.subscriptions_of("/managed_subsystem/shouter")
     assert world.transition("shouter", "deactivate")
-    assert topic not in world.sim.subscriptions_of("/managed_subsystem/shouter")
+    assert topic not in world.subscriptions_of("/managed_subsystem/shouter")
     assert say(world, "a") == []
     assert world.transition("shouter", "activate")
     assert say(world, "b") == ["B!"]
@@ -267,7 +267,7 @@ def test_a_bad_value_is_refused_with_a_reason(
 @pytest.mark.usefixtures("shouter")
 def test_setting_the_topic_replaces_the_subscription(world: "World") -> None:
     assert world.set("shouter", "topic_input", "other").successful
-    subscriptions = world.sim.subscriptions_of("/managed_subsystem/shouter")
+    subscriptions = world.subscriptions_of("/managed_subsystem/shouter")
     assert ("/managed_subsystem/other", "std_msgs/msg/String") in subscriptions
     assert ("/managed_subsystem/quiet", "std_msgs/msg/String") not in subscriptions
     assert say(world, "a") == []

@@ -178,7 +178,7 @@ class Settings:
         SIMULATED,
         "middleware",
         "where the nodes run: "
-        + "; ".join(f"{backend.name} = {backend.description}" for backend in BACKENDS.values()),
+        + "; ".join(f"{name} = {description}" for name, description in BACKENDS.items()),
         choices=tuple(BACKENDS),
     )
     speed: Annotated[float, Meta(ge=0.01, le=100, title="rate of a live run")] = _option(
@@ -222,7 +222,7 @@ class Settings:
     @property
     def live(self) -> bool:
         """Whether nodes are processes of the operating system, and time is real."""
-        return BACKENDS[self.middleware].load is not None
+        return self.middleware != SIMULATED
 
 
 OPTIONS: Final = MappingProxyType(

@@ -34,6 +34,8 @@ from sunset_ros.signals import install_signal_handlers
 MANAGER_FAILED: Final = 3
 """The exit code of a process whose confined managing system has failed; its last line says how."""
 
+_GRACE_S: Final = 3.0
+"""How long nodes may take to leave the graph when they are ended."""
 _TURN_S: Final = 0.1
 """Longest wait for a process before the next is ended: ending all at once would take the processor from others."""
 _SIGNALS: Final = {number.value: number.name for number in signal.Signals}  # real-time signals lack names

@@ -3,8 +3,7 @@
 from typing import Any, Generic, TypeAlias, TypeVar, cast
 
 from sunset_ros.interfaces import Message, Service
-from sunset_ros.rmw.core.node import NodeHandle
-from sunset_ros.rmw.core.port import ClientHandle
+from sunset_ros.rmw.core.node import ClientHandle, NodeHandle
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.task import Future
 

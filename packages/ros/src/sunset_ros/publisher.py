@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from sunset_ros.interfaces import Message
-from sunset_ros.rmw.core.port import PublisherHandle
+from sunset_ros.rmw.core.node import PublisherHandle
 from sunset_ros.rmw.core.qos import QoSProfile
 
 MessageT = TypeVar("MessageT", bound=Message)

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from sunset_ros._callbacks import drive
 from sunset_ros.interfaces import Message
 from sunset_ros.interfaces import Service as ServiceType
-from sunset_ros.rmw.core.node import NodeHandle
-from sunset_ros.rmw.core.port import RequestId, ServiceHandle
+from sunset_ros.rmw.core.node import NodeHandle, ServiceHandle
+from sunset_ros.rmw.core.port import RequestId
 from sunset_ros.rmw.core.qos import QoSProfile
 
 

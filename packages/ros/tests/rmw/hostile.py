@@ -1,20 +1,16 @@
 """Samples that nobody in their right mind would send: absurd ones, malformed ones, noise."""
 
-import ctypes
 import re
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from cyclonedds.pub import DataWriter
 
-from rmw.peer import RELIABLE, Peer
+from rmw.peer import Peer
 from sunset_ros.interfaces import FieldType, Message, field_types, get_message, serialize
 from sunset_ros.interfaces.builtin_interfaces.msg import Time
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.interfaces.std_msgs.msg import Header
-from sunset_ros.rmw.dds._library import sertype_of
 
 Random = np.random.Generator
 
@@ -44,19 +40,6 @@ ENCODINGS = {"bgr8": 3, "16UC1": 2, "8UC1": 1}
 TYPE_NAME = 32  # where struct ddsi_sertype has its type_name
 HUGE = 10_000
 """Characters or pixels of what is huge, which one in a hundred is."""
-
-
-@contextmanager
-def misnamed_writer(peer: Peer, topic: str) -> Iterator[None]:
-    """Have a writer of a type whose name is not UTF-8."""
-    made = peer._topic(topic, "std_msgs::msg::dds_::Int32_")
-    letter = ctypes.c_void_p.from_address(sertype_of(made._ref) + TYPE_NAME).value
-    assert letter is not None
-    ctypes.memset(letter, 0xE9, 1)
-    writer = DataWriter(peer.participant, made, RELIABLE)
-    yield
-    del writer
-    ctypes.memset(letter, ord("s"), 1)
 
 
 def targets(peer: Peer) -> dict[str, tuple[str, type[Message]]]:

@@ -1,7 +1,7 @@
 import pytest
 
 from sunset_ros.errors import InvalidInputError, MiddlewareError
-from sunset_ros.rmw.sim._compute import ComputeModel
+from sunset_ros.rmw.sim._network import ComputeModel
 
 
 def draw(seed: int, node: str, count: int, jitter: float = 0.1) -> list[int]:

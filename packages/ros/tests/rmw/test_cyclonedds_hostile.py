@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from conformance.nodes import Echo, Managed, Parametrised, Server, Talker
-from rmw.hostile import KINDS, misnamed_writer, padded, samples, targets
+from rmw.hostile import KINDS, padded, samples, targets
 from rmw.peer import LATCHED
 from sunset_ros.interfaces.rcl_interfaces.srv import GetParameters
 from sunset_ros.interfaces.std_srvs.srv import SetBool
@@ -57,16 +57,6 @@ def test_nothing_that_comes_from_the_network_ends_a_process(
     assert len(places) > 30
     assert len(complaints) <= 3 * len(places)
     assert sum(process.problems.values()) > len(aims) * ROUNDS
-
-
-def test_names_that_are_no_text_cost_nothing_else(live: "Live") -> None:
-    node, _ = live.node()
-    (process,) = live.processes
-    peer = live.peer()
-    with misnamed_writer(peer, "rt/odd"):
-        assert peer.wait(lambda: process.problems["endpoints"] > 0)
-        peer.writer("rt/even", "std_msgs::msg::dds_::Int32_")
-        assert peer.wait(lambda: node.count_publishers("/even") == 1)
 
 
 def resident_bytes() -> int:

@@ -96,7 +96,7 @@ def test_callbacks_take_turns(live: "Live") -> None:
         publisher = node.create_publisher(String, topic, QOS)
         for _ in range(3):
             publisher.publish(String())
-        assert process.wait_for(lambda: len(process._queue._items) == lined_up, 10_000 * MS)  # noqa: B023
+        assert process.wait_for(lambda: len(process.queue._items) == lined_up, 10_000 * MS)  # noqa: B023
     assert run_until(process, lambda: len(order) == 6)
     assert run_for(process, 20 * MS) == 0
     assert order == ["/a", "/b"] * 3

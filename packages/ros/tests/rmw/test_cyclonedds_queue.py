@@ -6,7 +6,7 @@ from queue import Empty
 
 import pytest
 
-from sunset_ros.rmw.dds._queue import WaitingLine
+from sunset_ros.rmw.dds._link import WaitingLine
 
 
 def test_what_came_first_is_taken_first() -> None:
@@ -33,7 +33,7 @@ def test_a_wait_ends_though_its_time_is_over_before_it_begins(monkeypatch: pytes
     line.put(1)
     line.get()  # there was news, so that the next wait begins by looking again
     moments = iter([0.0, 5.0, 10.0])
-    monkeypatch.setattr("sunset_ros.rmw.dds._queue.time.monotonic", lambda: next(moments))
+    monkeypatch.setattr("sunset_ros.rmw.dds._link.time.monotonic", lambda: next(moments))
     with pytest.raises(Empty):
         line.get(7.0)
 

@@ -10,7 +10,7 @@ from rmw.peer import Peer, header, payload
 from sunset_ros import CallbackError, Future, Node, SingleThreadedExecutor
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.interfaces.std_srvs.srv import SetBool, Trigger
-from sunset_ros.rmw.dds import _process, _services
+from sunset_ros.rmw.dds import _endpoints, _process
 
 if TYPE_CHECKING:
     from .conftest import Live
@@ -88,8 +88,7 @@ def test_a_client_that_listens_late_is_answered_late(live: "Live") -> None:
 def test_a_client_that_does_not_listen_delays_nobody_twice(
     live: "Live", monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_services, "_PATIENCE_NS", 10**9)
-    monkeypatch.setattr(_services, "_LATE_NS", 200_000_000)
+    monkeypatch.setattr(_endpoints, "_LATE_NS", 200_000_000)
     executor, peer, deaf = asked_by_the_deaf(live, 50)
     (process,) = live.processes
     assert live.spin(executor, lambda: process.problems["/server/set"] == 10, 8.0)  # its queue holds ten
@@ -102,8 +101,8 @@ def test_a_client_that_does_not_listen_delays_nobody_twice(
 def test_few_responses_wait_for_those_who_do_not_listen(
     live: "Live", monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_services, "_LATE", 3)
-    monkeypatch.setattr(_services, "_LATE_NS", 60 * 10**9)
+    monkeypatch.setattr(_endpoints, "_LATE", 3)
+    monkeypatch.setattr(_endpoints, "_LATE_NS", 60 * 10**9)
     executor, peer, _ = asked_by_the_deaf(live, 10)
     (process,) = live.processes
     assert live.spin(executor, lambda: process.problems["/server/set"] == 7)
@@ -231,7 +230,7 @@ def test_what_nobody_asked_cannot_be_answered(live: "Live") -> None:
     twice: list[Any] = []
 
     def answer_twice(_: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        (request_id,) = service.handle._asked  # type: ignore[attr-defined]
+        (request_id,) = service.handle.asked
         service.send_response(response, request_id)
         twice.append(request_id)
         return response
@@ -356,6 +355,6 @@ def test_requests_on_which_the_handler_raised_are_forgotten(live: "Live") -> Non
         peer.send(requests, request(1, 1, data=False))
         with pytest.raises(CallbackError, match=r"raised RuntimeError: x{1000}…$"):
             live.spin(executor, lambda: False)
-    assert not service.handle._asked  # type: ignore[attr-defined]
+    assert not service.handle.asked
     peer.send(requests, request(1, 1))
     assert answered(live.collect(executor, replies, 1)) == [header(1, 1)]

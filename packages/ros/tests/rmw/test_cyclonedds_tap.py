@@ -19,7 +19,6 @@ from sunset_ros.rmw.core.tap import Tap
 from sunset_ros.rmw.dds import CycloneTap, _tap
 from sunset_ros.rmw.dds import _library as dds
 from sunset_ros.rmw.dds._graph import NodeEntities, Participant
-from sunset_ros.rmw.dds._wheel import Endpoint
 
 if TYPE_CHECKING:
     from .conftest import Live
@@ -232,10 +231,9 @@ def test_a_topic_that_cannot_be_heard_does_not_end_it(live: "Live") -> None:
         peer = live.peer()
         peer.writer("rt/numbers", "std_msgs::msg::dds_::Int32_")
         assert peer.wait(lambda: bool(tap._writers))
-        (handle, (guid, qos)), *_ = tap._writers.items()
+        writer, *_ = tap._writers.values()
         # as another DDS announces it, for Cyclone has no such topics
-        endpoint = Endpoint(guid, guid, True, "rt/a b", "std_msgs::msg::dds_::Int32_", qos, b"", handle)
-        tap._queue.put((endpoint, True))
+        tap._queue.put((writer._replace(topic="rt/a b"), True))
         assert until(lambda: tap.problems["/a b"] == 1)
         live.node("late")
         assert until(lambda: "/late" in notes.nodes)
@@ -309,9 +307,9 @@ def test_what_a_tap_raises_comes_out_of_it(live: "Live") -> None:
 
     assert until(failed)
     with pytest.raises(OSError, match="disk full"):
-        tap.close()
-    with pytest.raises(OSError, match="disk full"):
-        tap.close()
+        tap.finish()
+    with pytest.raises(OSError, match="disk full"), tap:
+        pass
     assert node.get_node_names() == ["node"]
 
 

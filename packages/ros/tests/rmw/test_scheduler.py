@@ -1,4 +1,4 @@
-from sunset_ros.rmw.sim._scheduler import Priority, Scheduler
+from sunset_ros.rmw.sim._network import Priority, Scheduler
 
 
 def test_events_happen_by_time_then_priority_then_order_of_addition() -> None:

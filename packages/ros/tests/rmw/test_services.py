@@ -3,8 +3,8 @@ import pytest
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.interfaces import Message
 from sunset_ros.interfaces.std_srvs.srv import SetBool, Trigger
-from sunset_ros.rmw.core.node import NodeHandle
-from sunset_ros.rmw.core.port import RequestId, ServiceHandle
+from sunset_ros.rmw.core.node import NodeHandle, ServiceHandle
+from sunset_ros.rmw.core.port import RequestId
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.rmw.sim import Simulation, Tap
 

@@ -8,8 +8,8 @@ import pytest
 from sunset_ros.errors import InvalidInputError, MiddlewareError
 from sunset_ros.interfaces import Message
 from sunset_ros.interfaces.std_msgs.msg import String
-from sunset_ros.rmw.core.node import NodeHandle
-from sunset_ros.rmw.core.port import CallbackError, PublisherHandle
+from sunset_ros.rmw.core.node import NodeHandle, PublisherHandle
+from sunset_ros.rmw.core.port import CallbackError
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.rmw.sim import SimProcess, Simulation, Tap
 

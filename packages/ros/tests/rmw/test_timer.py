@@ -1,11 +1,10 @@
-from typing import Any
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sunset_ros.errors import MiddlewareError
-from sunset_ros.rmw.core.node import NodeHandle, Timer, next_due_ns
+from sunset_ros.rmw.core.node import NodeHandle, Timer
+from sunset_ros.rmw.core.port import next_due_ns
 from sunset_ros.rmw.sim import Simulation
 
 MS = 1_000_000
@@ -67,7 +66,7 @@ def test_a_timer_canceled_while_its_call_waits_does_not_call() -> None:
     sim = Simulation()
     calls: list[str] = []
     node = node_of(sim)
-    timers: list[Timer[Any]] = []
+    timers: list[Timer] = []
     timers.append(node.create_timer(10 * MS, lambda: timers[1].cancel(), label="first"))  # noqa: PLW0108  it does not exist yet
     timers.append(node.create_timer(10 * MS, lambda: calls.append("second"), label="second"))
     sim.run_until(50 * MS)

@@ -1,36 +1,13 @@
 """The middlewares by the names that users give them.
 
-A new middleware is a package beside `sim` and `dds`, and an entry in `BACKENDS`.
+A new middleware is a package beside `sim` and `dds`, an entry in `BACKENDS`, and an import in `live_middleware`.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
 from sunset_ros.rmw.core.live import LiveMiddleware
-
-
-@dataclass(frozen=True)
-class Backend:
-    """A middleware.
-
-    Attributes:
-        name: its name.
-        description: where nodes run, for `--help`.
-        load: imports a live middleware; None for the simulation.
-    """
-
-    name: str
-    description: str
-    load: Callable[[], LiveMiddleware] | None = None
-
-
-def _load_cyclonedds() -> LiveMiddleware:
-    from sunset_ros.rmw import dds  # noqa: PLC0415  an optional extra
-
-    return dds
-
 
 SIMULATED: Final = "sim"
 """The default of experiments."""
@@ -38,15 +15,13 @@ SIMULATED: Final = "sim"
 LIVE: Final = "cyclonedds"
 """The default of live processes."""
 
-BACKENDS: Final[Mapping[str, Backend]] = MappingProxyType(
+BACKENDS: Final[Mapping[str, str]] = MappingProxyType(
     {
-        backend.name: backend
-        for backend in (
-            Backend(SIMULATED, "in this process, virtual time"),
-            Backend(LIVE, "a process each, on ROS 2's network, in real time", _load_cyclonedds),
-        )
+        SIMULATED: "in this process, virtual time",
+        LIVE: "a process each, on ROS 2's network, in real time",
     }
 )
+"""Name → where nodes run, for `--help`; all but the first are live."""
 
 
 def live_middleware(name: str = LIVE) -> LiveMiddleware:
@@ -55,6 +30,6 @@ def live_middleware(name: str = LIVE) -> LiveMiddleware:
     Raises:
         MissingExtraError: its extra is not installed.
     """
-    load = BACKENDS[name].load
-    assert load is not None, f"{name} is simulated"  # noqa: S101  the caller's mistake
-    return load()
+    from sunset_ros.rmw import dds  # noqa: PLC0415  an optional extra
+
+    return {LIVE: dds}[name]

@@ -21,37 +21,21 @@ class LiveProcess(Middleware):
 
 
 class LiveObserver(ABC):
-    """Passes the events of a domain to a tap; as a context manager it leaves at the end."""
+    """Passes the events of a domain to a tap; as a context manager it finishes and leaves at the end."""
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        self.close()
+    @abstractmethod
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None: ...
 
     @abstractmethod
     def check(self) -> None:
-        """Raise the exception of the tap, if it raised.
-
-        Raises:
-            Exception: the tap raised it.
-        """
+        """Raise the exception of the tap, if it raised."""
 
     @abstractmethod
     def finish(self) -> None:
-        """Pass the remaining events to the tap, and no more from now on.
-
-        Raises:
-            Exception: the tap raised it.
-        """
-
-    @abstractmethod
-    def close(self) -> None:
-        """Pass the remaining events to the tap, and leave the network.
-
-        Raises:
-            Exception: the tap raised it.
-        """
+        """Pass the remaining events to the tap, and no more from now on; raise the exception of the tap."""
 
 
 class LiveMiddleware(Protocol):
@@ -64,40 +48,23 @@ class LiveMiddleware(Protocol):
     def join(
         self, *, domain_id: int | None = None, network: bool = False, distro: str | None = None
     ) -> LiveProcess:
-        """Join the network.
-
-        Args:
-            domain_id: the domain, ROS_DOMAIN_ID, else 0, if None.
-            network: whether to communicate beyond this computer.
-            distro: the ROS 2 distribution of other nodes; None to find out.
+        """Join the network, of this computer unless `network`; None to find the domain and distribution out.
 
         Raises:
             MiddlewareError: a setting cannot be used, or the domain cannot be entered.
         """
 
     def observe(self, tap: Tap, *, domain_id: int | None = None) -> LiveObserver:
-        """Return an observer that passes the events of a domain to a tap.
-
-        Raises:
-            MiddlewareError: as for `join`.
-        """
+        """Return an observer that passes the events of a domain to a tap; raise as `join`."""
 
     def prepare(self) -> None:
         """Do the work that all forks of this process share; join no network, start no thread."""
 
     def free_domain_id(self) -> AbstractContextManager[int]:
-        """Reserve an unused domain of this computer.
-
-        Raises:
-            MiddlewareError: all domains are in use.
-        """
+        """Reserve an unused domain of this computer; raise a `MiddlewareError` if all are in use."""
 
     def sole_system(self, domain_id: int) -> AbstractContextManager[None]:
-        """Keep other systems of this computer out of a domain.
-
-        Raises:
-            MiddlewareError: another system is there.
-        """
+        """Keep other systems of this computer out of a domain; raise a `MiddlewareError` if one is there."""
 
     def versions(self) -> dict[str, str]:
         """Return the versions that a live record depends on, by distribution."""

@@ -1,43 +1,37 @@
-"""Processes of a middleware, and their nodes.
+"""Processes of a middleware, their nodes, and the parts of nodes.
 
-A middleware implements `Middleware` and, in `Parts`, the entities of nodes. Endpoints import this module, the process
-imports its endpoints, and no module of the middleware imports the process.
+A middleware implements `Middleware` and, in `Parts`, the classes of the parts, which import the process.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable
+from typing import ClassVar, NamedTuple, TypeVar
 
 from sunset_ros.errors import MiddlewareError
-from sunset_ros.interfaces import Message, Service
+from sunset_ros.interfaces import Message, Service, serialize
 from sunset_ros.rmw.core.port import (
-    ClientHandle,
-    EndpointInfo,
-    PublisherHandle,
+    CallbackError,
+    EndpointKind,
+    Process,
     RequestId,
-    ServiceHandle,
-    SubscriptionHandle,
+    next_due_ns,
     qualified_name,
 )
 from sunset_ros.rmw.core.qos import QoSProfile
 
+MessageT = TypeVar("MessageT", bound=Message)
 
-class Middleware(ABC):
-    """One process on the network."""
 
-    @property
-    @abstractmethod
-    def describes_types(self) -> bool:
-        """Whether its nodes offer descriptions of their types, as in ROS 2 since Jazzy."""
+class Middleware(Process):
+    """One process on the network, which has nodes.
 
-    @abstractmethod
-    def now_ns(self) -> int:
-        """Return the time of the system clock, in nanoseconds since its epoch."""
+    Attributes:
+        parts: the classes of the parts of its nodes.
+        describes_types: whether its nodes offer descriptions of their types, as in ROS 2 since Jazzy.
+    """
 
-    @abstractmethod
-    def steady_ns(self) -> int:
-        """Return the time of a clock that never jumps, in nanoseconds since some fixed moment."""
+    parts: "Parts"
+    describes_types = False
 
     @abstractmethod
     def create_node(self, name: str, namespace: str) -> "NodeHandle":
@@ -51,91 +45,29 @@ class Middleware(ABC):
     def remove(self, node: "NodeHandle") -> None:
         """Take a node without parts off the graph."""
 
-    @abstractmethod
-    def spin_once(self, timeout_ns: int | None) -> bool:
-        """Wait for a callback of an attached node and run it; return whether a callback ran.
-
-        It does not wait if `timeout_ns` is 0, and waits for ever if it is None. In a simulation, events happen
-        meanwhile.
-
-        Raises:
-            CallbackError: the callback raised, or in a simulation another callback.
-            MiddlewareError: called in a callback, or no events are left in a simulation and `timeout_ns` is None.
-        """
-
-    @abstractmethod
-    def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
-        """Wait, except in a callback, until a predicate on the graph holds; return whether it holds.
-
-        Callbacks of this process do not run meanwhile, unless it is simulated.
-        """
-
-    @abstractmethod
-    def wake(self) -> None:
-        """Make a waiting `spin_once` return."""
-
-    @property
-    @abstractmethod
-    def alive(self) -> bool:
-        """Whether the process may still use the network."""
-
-    @abstractmethod
-    def check_alive(self) -> None:
-        """Raise a `MiddlewareError` if the process has ended."""
-
-    @abstractmethod
-    def shutdown(self) -> None:
-        """Leave the network; in a callback, once its messages are sent. A signal handler may call it."""
-
-    @abstractmethod
-    def nodes(self) -> Sequence[tuple[str, str]]:
-        """Return (name, namespace) of all nodes on the graph, in a fixed order."""
-
-    @abstractmethod
-    def endpoints(self, name: str | None = None) -> Sequence[EndpointInfo]:
-        """Return all endpoints on the graph, or those of a topic or service, in a fixed order."""
-
-
-MessageT = TypeVar("MessageT", bound=Message)
-MiddlewareT_co = TypeVar("MiddlewareT_co", bound=Middleware, covariant=True)
-
-
-@dataclass(frozen=True, slots=True)
-class Parts:
-    """Makes the parts of nodes, from the node and the arguments of `NodeHandle.create_…`."""
-
-    publisher: Callable[..., PublisherHandle]
-    subscription: Callable[..., SubscriptionHandle]
-    client: Callable[..., ClientHandle]
-    service: Callable[..., ServiceHandle]
-    timer: Callable[..., "Timer[Any]"]
-
 
 class NodeHandle:
     """A node on the graph. Labels name a callback in errors.
 
     Attributes:
-        name: without namespace.
         namespace: the root is `/`.
         fully_qualified_name: namespace and name, such as `/managed_subsystem/camera`.
-        process: its process.
         entities: its parts, by age.
         alive: False once destroyed.
         attached: whether its callbacks run while the process spins.
         warn: called, at a limited rate, with a sentence about data that could not be used.
     """
 
-    def __init__(self, process: Middleware, parts: Parts, name: str, namespace: str) -> None:
+    def __init__(self, process: Middleware, name: str, namespace: str) -> None:
         process.check_alive()
         self.name = name
         self.namespace = namespace
         self.fully_qualified_name = qualified_name(namespace, name)
         self.process = process
-        self.entities: dict[Entity[Middleware], None] = {}
+        self.entities: dict[Entity, None] = {}
         self.alive = True
         self.attached = False
         self.warn: Callable[[str], None] | None = None
-        self._parts = parts
         self._held: list[Callable[[], None]] = []
 
     def check_alive(self) -> None:
@@ -146,9 +78,9 @@ class NodeHandle:
                 f"Node {self.fully_qualified_name} is destroyed and can have no new endpoints."
             )
 
-    def create_publisher(self, message_type: type[Message], topic: str, qos: QoSProfile) -> PublisherHandle:
+    def create_publisher(self, message_type: type[Message], topic: str, qos: QoSProfile) -> "PublisherHandle":
         """Make a publisher of a topic."""
-        return self._parts.publisher(self, message_type, topic, qos)
+        return self.process.parts.publisher(self, message_type, topic, qos)
 
     def create_subscription(
         self,
@@ -158,9 +90,9 @@ class NodeHandle:
         handler: Callable[[MessageT], None],
         *,
         label: str,
-    ) -> SubscriptionHandle:
+    ) -> "SubscriptionHandle":
         """Make a subscription to a topic."""
-        return self._parts.subscription(self, message_type, topic, qos, handler=handler, label=label)
+        return self.process.parts.subscription(self, message_type, topic, qos, handler=handler, label=label)
 
     def create_client(
         self,
@@ -170,9 +102,9 @@ class NodeHandle:
         handler: Callable[[int, Message], None],
         *,
         label: str,
-    ) -> ClientHandle:
+    ) -> "ClientHandle":
         """Make a client; its handler takes (number of the request, response)."""
-        return self._parts.client(self, service_type, name, qos, handler=handler, label=label)
+        return self.process.parts.client(self, service_type, name, qos, handler=handler, label=label)
 
     def create_service(
         self,
@@ -182,13 +114,13 @@ class NodeHandle:
         handler: Callable[[RequestId, Message], None],
         *,
         label: str,
-    ) -> ServiceHandle:
+    ) -> "ServiceHandle":
         """Make a server of a service."""
-        return self._parts.service(self, service_type, name, qos, handler=handler, label=label)
+        return self.process.parts.service(self, service_type, name, qos, handler=handler, label=label)
 
-    def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> "Timer[Any]":
+    def create_timer(self, period_ns: int, handler: Callable[[], None], label: str) -> "Timer":
         """Make a running timer with a period of at least 0 ns."""
-        return self._parts.timer(self, period_ns, handler, label)
+        return self.process.parts.timer(self, period_ns, handler, label)
 
     def post(self, handler: Callable[[], None], label: str) -> None:
         """Call a handler once, as a callback of this node, after all ready callbacks."""
@@ -218,19 +150,17 @@ class NodeHandle:
         self.process.remove(self)
 
 
-class Entity(ABC, Generic[MiddlewareT_co]):
+class Entity(ABC):  # noqa: B024  its subclasses have abstract methods
     """A part of a node; most have callbacks.
 
     Attributes:
-        process: its node's process.
-        node: its node.
         label: the name of its callback in errors.
         alive: False once destroyed.
     """
 
-    def __init__(self, process: MiddlewareT_co, node: NodeHandle, label: str) -> None:
+    def __init__(self, node: NodeHandle, label: str) -> None:
         node.check_alive()
-        self.process = process
+        self.process = node.process
         self.node = node
         self.label = label
         self.alive = True
@@ -245,7 +175,7 @@ class Entity(ABC, Generic[MiddlewareT_co]):
         self.node.entities.pop(self, None)
 
     def destroy(self) -> None:
-        """Leave the graph for good."""
+        """Leave the graph for good: sent messages still arrive, received messages in the queue are dropped."""
         if self.alive:
             self.retire()
 
@@ -256,8 +186,150 @@ class Entity(ABC, Generic[MiddlewareT_co]):
                 f"Node {self.node.fully_qualified_name} cannot {action}: it was destroyed, or its process has ended."
             )
 
+    def call(self, function: Callable[..., None], *arguments: object) -> None:
+        """Call a function, whose exceptions become a `CallbackError`."""
+        try:
+            function(*arguments)
+        except CallbackError:
+            raise
+        except Exception as error:
+            raise CallbackError.of(self.node.fully_qualified_name, self.label, error) from error
 
-class Timer(Entity[MiddlewareT_co]):
+
+class Endpoint(Entity):
+    """A part that is visible on the graph.
+
+    Attributes:
+        kind: publisher, subscription, client or service.
+        ros_type: the message or service.
+        sent, received: the messages that it sends and receives.
+        name: the name of its topic or service.
+        qos: the profile that it offers or requests.
+        handler: called with what it receives.
+    """
+
+    kind: ClassVar[EndpointKind]
+
+    def __init__(
+        self,
+        node: NodeHandle,
+        ros_type: type[Message | Service],
+        name: str,
+        qos: QoSProfile,
+        *,
+        handler: Callable[..., None] = lambda *_: None,
+        label: str = "",
+    ) -> None:
+        super().__init__(node, label)
+        self.ros_type = ros_type
+        sent, received = (
+            (ros_type, ros_type) if issubclass(ros_type, Message) else (ros_type.Request, ros_type.Response)
+        )
+        self.sent, self.received = (received, sent) if self.kind is EndpointKind.SERVICE else (sent, received)
+        self.name = name
+        self.qos = qos
+        self.handler = handler
+        self.open()
+        self.join()
+
+    def open(self) -> None:
+        """Prepare to join the node."""
+
+
+class PublisherHandle(Endpoint):
+    """A publisher of a topic."""
+
+    kind = EndpointKind.PUBLISHER
+
+    @abstractmethod
+    def publish(self, message: Message) -> None:
+        """Send a message; the caller may change it afterwards, but not the arrays in it.
+
+        Raises:
+            MiddlewareError: the publisher is destroyed, or the middleware refuses.
+            InterfaceError: the message does not fit its definition; some middlewares raise it later.
+        """
+
+    @property
+    @abstractmethod
+    def wanted(self) -> bool:
+        """Whether a subscription would receive a message sent now, at once or later."""
+
+    @property
+    @abstractmethod
+    def matched(self) -> int:
+        """The number of subscriptions that receive messages from here."""
+
+
+class SubscriptionHandle(Endpoint):
+    """A subscription to a topic, with a queue of the depth in its QoS."""
+
+    kind = EndpointKind.SUBSCRIPTION
+
+    @property
+    @abstractmethod
+    def matched(self) -> int:
+        """The number of publishers whose messages arrive here."""
+
+
+class ClientHandle(Endpoint):
+    """A client of a service; requests go to every server of its name and type."""
+
+    kind = EndpointKind.CLIENT
+    _sequence = 0
+
+    def send_request(self, request: Message) -> int:
+        """Send a request, and return its number, which the handler receives with the response.
+
+        The numbers of each client run from 1, so that remote clients know them.
+
+        Raises:
+            MiddlewareError: the client is destroyed.
+            InterfaceError: the request does not fit its definition.
+        """
+        self.check_alive(f"call {self.name}")
+        self.send(self._sequence + 1, request, serialize(request))
+        self._sequence += 1
+        return self._sequence
+
+    @abstractmethod
+    def send(self, number: int, request: Message, payload: bytes) -> None:
+        """Send a request with its number, given also as CDR."""
+
+    @abstractmethod
+    def server_ready(self) -> bool:
+        """Return whether a server of this name and type exists."""
+
+
+class ServiceHandle(Endpoint):
+    """A server of a service, with a queue of the depth in its QoS.
+
+    Attributes:
+        asked: request that waits for its response → sends the response, given also as CDR.
+    """
+
+    kind = EndpointKind.SERVICE
+
+    def open(self) -> None:
+        """Begin without requests."""
+        super().open()
+        self.asked: dict[RequestId, Callable[[Message, bytes], None]] = {}
+
+    def send_response(self, request_id: RequestId, response: Message) -> None:
+        """Answer a request of the handler.
+
+        Raises:
+            MiddlewareError: no such request waits, or the server is destroyed.
+            InterfaceError: the response does not fit its definition.
+        """
+        self.check_alive(f"answer on {self.name}")
+        payload = serialize(response)
+        if request_id not in self.asked:
+            raise MiddlewareError(f"Service {self.name} has no request {tuple(request_id)} to answer.")
+        self.asked.pop(request_id)(response, payload)
+
+
+class Timer(Entity):
     """Calls its handler periodically, by the steady clock of its process; a middleware sets its alarm.
 
     The n-th call is due at start + n * period. A late call does not shift later calls, and missed calls are skipped.
@@ -266,15 +338,8 @@ class Timer(Entity[MiddlewareT_co]):
         canceled: whether it is stopped.
     """
 
-    def __init__(
-        self,
-        process: MiddlewareT_co,
-        node: NodeHandle,
-        period_ns: int,
-        handler: Callable[[], None],
-        label: str,
-    ) -> None:
-        super().__init__(process, node, label)
+    def __init__(self, node: NodeHandle, period_ns: int, handler: Callable[[], None], label: str) -> None:
+        super().__init__(node, label)
         self.set_period_ns(period_ns)
         self._handler = handler
         self.reset()
@@ -321,15 +386,11 @@ class Timer(Entity[MiddlewareT_co]):
         super().retire()
 
 
-def next_due_ns(due_ns: int, period_ns: int, now_ns: int) -> int:
-    """Return when a timer is due again after a call that was due at `due_ns` and starts at `now_ns`.
+class Parts(NamedTuple):
+    """The classes of the parts of nodes."""
 
-    The result is on the grid of whole periods, and not in the past.
-
-    >>> next_due_ns(100, 100, 130), next_due_ns(100, 100, 430), next_due_ns(100, 100, 400)
-    (200, 500, 400)
-    """
-    due_ns += period_ns
-    if due_ns < now_ns:
-        due_ns = now_ns if period_ns == 0 else due_ns + -(-(now_ns - due_ns) // period_ns) * period_ns
-    return due_ns
+    publisher: type[PublisherHandle]
+    subscription: type[SubscriptionHandle]
+    client: type[ClientHandle]
+    service: type[ServiceHandle]
+    timer: type[Timer]

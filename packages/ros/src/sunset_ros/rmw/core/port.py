@@ -1,7 +1,7 @@
 """The port between the client library and the middlewares.
 
-A `Middleware` (in `node`) is one process on the network, with a thread of callbacks, a clock, and nodes. A node makes
-endpoints, each with a *handler*. The middleware calls handlers on that thread, one at a time, while the process spins
+A `Process` has a thread of callbacks, a clock and, as a `Middleware` (in `node`), nodes. A node has endpoints, each
+with a *handler*. The middleware calls handlers on that thread, one at a time, while the process spins
 and the node is attached. Messages cross the port as objects, and middlewares serialize them where needed. A handler
 owns its message, and a sender keeps the message that it sent, but arrays are shared and read-only.
 
@@ -9,12 +9,12 @@ Names that cross the port are fully qualified (`/ns/name`), expanded, remapped a
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
 from sunset_ros.errors import MiddlewareError
-from sunset_ros.interfaces import Message
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.texts import shorten
 
@@ -45,11 +45,7 @@ class CallbackError(MiddlewareError):
     @classmethod
     def of(cls, node: str, callback: str, error: Exception) -> "CallbackError":
         """Describe an exception of a callback; the caller raises the result `from error`."""
-        try:
-            text = str(error)
-        except Exception as inner:  # noqa: BLE001  str() of a user's exception may raise
-            text = f"no text, since that raised {type(inner).__name__}"
-        return cls(node, callback, f"raised {type(error).__name__}: {shorten(text)}")
+        return cls(node, callback, f"raised {type(error).__name__}: {shorten(str(error))}")
 
 
 def qualified_name(namespace: str, node: str) -> str:
@@ -59,6 +55,20 @@ def qualified_name(namespace: str, node: str) -> str:
     ('/uav/camera', '/monitor')
     """
     return f"{namespace.rstrip('/')}/{node}"
+
+
+def next_due_ns(due_ns: int, period_ns: int, now_ns: int) -> int:
+    """Return when a timer is due again after a call that was due at `due_ns` and starts at `now_ns`.
+
+    The result is on the grid of whole periods, and not in the past.
+
+    >>> next_due_ns(100, 100, 130), next_due_ns(100, 100, 430), next_due_ns(100, 100, 400)
+    (200, 500, 400)
+    """
+    due_ns += period_ns
+    if due_ns < now_ns:
+        due_ns = now_ns if period_ns == 0 else due_ns + -(-(now_ns - due_ns) // period_ns) * period_ns
+    return due_ns
 
 
 class RequestId(NamedTuple):
@@ -100,73 +110,61 @@ class EndpointInfo:
     gid: bytes
 
 
-class Handle(ABC):
-    """An endpoint that its user destroys."""
+class Process(ABC):
+    """A process on the network: its clocks, its thread of callbacks, its life, and its view of the graph."""
+
+    _alive = True
+    _ending = False
+    _end_text = "The process has ended."
 
     @abstractmethod
-    def destroy(self) -> None:
-        """Leave the graph for good: sent messages still arrive, received messages in the queue are dropped."""
-
-
-class PublisherHandle(Handle):
-    """A publisher of a topic."""
+    def now_ns(self) -> int:
+        """Return the time of the system clock, in nanoseconds since its epoch."""
 
     @abstractmethod
-    def publish(self, message: Message) -> None:
-        """Send a message; the caller may change it afterwards, but not the arrays in it.
+    def steady_ns(self) -> int:
+        """Return the time of a clock that never jumps, in nanoseconds since some fixed moment."""
+
+    @abstractmethod
+    def spin_once(self, timeout_ns: int | None) -> bool:
+        """Wait for a callback of an attached node and run it; return whether a callback ran.
+
+        It does not wait if `timeout_ns` is 0, and waits for ever if it is None. In a simulation, events happen
+        meanwhile.
 
         Raises:
-            MiddlewareError: the publisher is destroyed, or the middleware refuses.
-            InterfaceError: the message does not fit its definition; some middlewares raise it later.
-        """
-
-    @property
-    @abstractmethod
-    def wanted(self) -> bool:
-        """Whether a subscription would receive a message sent now, at once or later."""
-
-    @property
-    @abstractmethod
-    def matched(self) -> int:
-        """The number of subscriptions that receive messages from here."""
-
-
-class SubscriptionHandle(Handle):
-    """A subscription to a topic, with a queue of the depth in its QoS."""
-
-    @property
-    @abstractmethod
-    def matched(self) -> int:
-        """The number of publishers whose messages arrive here."""
-
-
-class ClientHandle(Handle):
-    """A client of a service; requests go to every server of its name and type."""
-
-    @abstractmethod
-    def send_request(self, request: Message) -> int:
-        """Send a request, and return its number, which the handler receives with the response.
-
-        The numbers of each client run from 1, so that remote clients know them.
-
-        Raises:
-            MiddlewareError: the client is destroyed.
-            InterfaceError: the request does not fit its definition.
+            CallbackError: the callback raised, or in a simulation another callback.
+            MiddlewareError: called in a callback, or no events are left in a simulation and `timeout_ns` is None.
         """
 
     @abstractmethod
-    def server_ready(self) -> bool:
-        """Return whether a server of this name and type exists."""
+    def wait_for(self, predicate: Callable[[], bool], timeout_ns: int | None) -> bool:
+        """Wait, except in a callback, until a predicate on the graph holds; return whether it holds.
 
+        Callbacks of this process do not run meanwhile, unless it is simulated.
+        """
 
-class ServiceHandle(Handle):
-    """A server of a service, with a queue of the depth in its QoS."""
+    def wake(self) -> None:  # noqa: B027  not all have other threads
+        """Make a waiting `spin_once` return, where another thread may run during it."""
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process may still use the network."""
+        return self._alive and not self._ending
+
+    def check_alive(self) -> None:
+        """Raise a `MiddlewareError` if the process has ended."""
+        if not self._alive:
+            raise MiddlewareError(self._end_text)
 
     @abstractmethod
-    def send_response(self, request_id: RequestId, response: Message) -> None:
-        """Answer a request of the handler.
+    def shutdown(self) -> None:
+        """Leave the network; in a callback, once its messages are sent. A signal handler may call it."""
 
-        Raises:
-            MiddlewareError: no such request waits, or the server is destroyed.
-            InterfaceError: the response does not fit its definition.
-        """
+    @abstractmethod
+    def nodes(self) -> Sequence[tuple[str, str]]:
+        """Return (name, namespace) of all nodes on the graph, in a fixed order."""
+
+    @abstractmethod
+    def endpoints(self, name: str | None = None) -> Sequence[EndpointInfo]:
+        """Return all endpoints on the graph, or those of a topic or service, in a fixed order."""

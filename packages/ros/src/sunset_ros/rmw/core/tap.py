@@ -24,16 +24,7 @@ class Tap:
     def on_request(  # noqa: PLR0917  all callers pass positions
         self, time_ns: int, service: str, client: str, server: str, request: Message, request_id: RequestId
     ) -> None:
-        """Note that a request of the node `client` is taken by the node `server`.
-
-        Args:
-            time_ns: the start of the server's callback.
-            service: the name of the service.
-            client: the node that sent the request.
-            server: the node that will answer.
-            request: the request.
-            request_id: identifies the request until its response.
-        """
+        """Note that a request of the node `client` is taken by the node `server`, whose callback starts."""
 
     def on_response(
         self, time_ns: int, service: str, server: str, response: Message, request_id: RequestId

@@ -3,7 +3,10 @@
 from importlib.metadata import version
 from typing import Final
 
-from sunset_ros.rmw.dds._process import CycloneDDS, prepare
+from sunset_ros.interfaces import Message, type_hash, type_name
+from sunset_ros.rmw.dds import _wheel as wheel
+from sunset_ros.rmw.dds._endpoints import CycloneDDS
+from sunset_ros.rmw.dds._graph import dds_type_name
 from sunset_ros.rmw.dds._tap import CycloneTap
 from sunset_ros.rmw.dds.domains import free_domain_id, sole_system
 
@@ -29,3 +32,10 @@ observe: Final = CycloneTap
 def versions() -> dict[str, str]:
     """Return the versions that a live record depends on, by distribution."""
     return {"cyclonedds": version("cyclonedds")}
+
+
+def prepare() -> None:
+    """Do the work for all imported messages that forks of this process share; join no network, start no thread."""
+    for kind in Message.__subclasses__():
+        wheel.octet_type(dds_type_name(type_name(kind)))
+        type_hash(kind)

@@ -66,7 +66,6 @@ class Configuration:
     """The settings of a participant.
 
     Attributes:
-        domain_id: the domain, from 0 to 232.
         cyclonedds: settings as in CYCLONEDDS_URI; later settings win.
         gid_size: bytes of a gid in `ros_discovery_info`, at first.
         adapts: whether `gid_size` becomes 16 when other participants send 16 bytes.
@@ -151,22 +150,19 @@ def _interfaces(uri: str) -> Iterator[str]:
     """Yield the network interfaces, names or addresses, that CYCLONEDDS_URI selects."""
     text = re.sub(r"<!--.*?-->", "", "".join(_fragments(uri)), flags=re.DOTALL)
     for attributes in re.findall(r"<NetworkInterface\b([^>]*)>", text, re.IGNORECASE):
-        pairs = re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", attributes)
-        interface = {name.lower(): value for name, value in pairs}
-        yield interface.get("address") or interface.get("name") or "chosen automatically"
+        found = re.search(r"""\b(?:address|name)\s*=\s*["']([^"']*)["']""", attributes, re.IGNORECASE)
+        yield found[1] if found else "chosen automatically"
     for addresses in re.findall(r"<NetworkInterfaceAddress>([^<]*)<", text, re.IGNORECASE):
         yield from (address.strip() for address in addresses.split(","))
 
 
 def _fragments(uri: str) -> Iterator[str]:
     """Yield the XML texts of CYCLONEDDS_URI, a list of texts and files separated by commas."""
-    rest = uri
-    while rest:
-        if rest.startswith("<"):
-            yield rest  # with the rest of the list: it is searched, not parsed
-            _, comma, rest = rest.partition(">,")
-        else:
-            name, comma, rest = rest.partition(",")
+    for part in re.split(r",(?=\s*<)|(?<=>),", uri):
+        if part.strip().startswith("<"):
+            yield part
+            continue
+        for name in filter(None, part.split(",")):
             path = Path(name.strip().removeprefix("file://"))
             try:
                 yield path.read_text(encoding="utf-8")
@@ -174,7 +170,6 @@ def _fragments(uri: str) -> Iterator[str]:
                 raise MiddlewareError(
                     f"CYCLONEDDS_URI names the file {path}, which cannot be read: {error}."
                 ) from error
-        rest = rest.strip() if comma else ""
 
 
 def _check_loopback(interfaces: list[str]) -> None:

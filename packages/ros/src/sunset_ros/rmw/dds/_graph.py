@@ -1,27 +1,94 @@
-"""The graph: the nodes that participants announce, joined with the endpoints that DDS discovers."""
+"""The graph: names of ROS 2 in DDS, and the nodes that participants announce, joined with discovered endpoints."""
 
-import threading
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from io import BytesIO
 from struct import Struct
 from struct import error as StructError  # noqa: N812  it is a class
+from typing import Final, NamedTuple
 
 from sunset_ros.errors import InterfaceError
 from sunset_ros.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
-from sunset_ros.rmw.dds._names import OBSERVER, parse_user_data, ros_name
 from sunset_ros.rmw.dds._wheel import Endpoint
 
+OBSERVER: Final = "observer"
+"""A key in the user data of an observer's readers, which are not part of the graph."""
+
+_TYPE_NAME: Final = re.compile(r"(\w+)::(msg|srv)::dds_::(\w+?)(_Request|_Response)?_")
 _ENCAPSULATION = b"\x00\x01\x00\x00"
-_GUID_SIZE = 16
-_GID_SIZES = (16, 24)
+_GIDS = {16: Struct("16s"), 24: Struct("16s8x")}
 _COUNT = Struct("<I")
 _KINDS = list(EndpointKind)
 _UNKNOWN = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
 
 
-@dataclass(frozen=True, slots=True)
-class NodeEntities:
+def dds_type_name(name: str) -> str:
+    """Return the DDS name of a message.
+
+    >>> dds_type_name("std_srvs/srv/SetBool_Request")
+    'std_srvs::srv::dds_::SetBool_Request_'
+    """
+    package, kind, short = name.split("/")
+    return f"{package}::{kind}::dds_::{short}_"
+
+
+def topic_name(name: str) -> str:
+    """Return the DDS topic of a ROS topic.
+
+    >>> topic_name("/uav/image")
+    'rt/uav/image'
+    """
+    return f"rt{name}"
+
+
+def topic_names_of_service(name: str) -> tuple[str, str]:
+    """Return the DDS topics of requests and responses.
+
+    >>> topic_names_of_service("/uav/set")
+    ('rq/uav/setRequest', 'rr/uav/setReply')
+    """
+    return f"rq{name}Request", f"rr{name}Reply"
+
+
+class RosName(NamedTuple):
+    """A DDS endpoint in terms of ROS: its kind, the topic or service, and the type."""
+
+    kind: EndpointKind
+    name: str
+    type_name: str
+
+
+def ros_name(topic: str, mangled: str, *, writes: bool) -> RosName | None:
+    """Return a writer or reader in terms of ROS, from its DDS topic and the DDS name of its type.
+
+    None for the second endpoint of a client or server, and for endpoints without a counterpart in ROS.
+
+    >>> ros_name("rq/uav/setRequest", "std_srvs::srv::dds_::SetBool_Request_", writes=False)
+    RosName(kind=<EndpointKind.SERVICE: 'service'>, name='/uav/set', type_name='std_srvs/srv/SetBool')
+    """
+    match = _TYPE_NAME.fullmatch(mangled)
+    ros_type = f"{match[1]}/{match[2]}/{match[3]}" if match else mangled
+    if topic.startswith("rt/"):
+        kind = EndpointKind.PUBLISHER if writes else EndpointKind.SUBSCRIPTION
+        return RosName(kind, topic[2:], ros_type + (match[4] or "" if match else ""))
+    if topic.startswith("rq/") and topic.endswith("Request"):
+        kind = EndpointKind.CLIENT if writes else EndpointKind.SERVICE
+        return RosName(kind, topic[2 : -len("Request")], ros_type)
+    return None
+
+
+def parse_user_data(data: bytes) -> Mapping[str, str]:
+    """Return the pairs in an endpoint's user data; malformed parts are skipped.
+
+    >>> parse_user_data(b"serviceid= 1.10;typehash=RIHS01_0;")
+    {'serviceid': ' 1.10', 'typehash': 'RIHS01_0'}
+    """
+    pairs = (pair.partition("=") for pair in data.decode("ascii", "replace").split(";"))
+    return {key: value for key, _, value in pairs if key}
+
+
+class NodeEntities(NamedTuple):
     """A node as its participant announces it, with the GUIDs of its readers and writers."""
 
     namespace: str
@@ -30,8 +97,7 @@ class NodeEntities:
     writers: tuple[bytes, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Participant:
+class Participant(NamedTuple):
     """A sample on `ros_discovery_info`.
 
     Attributes:
@@ -47,168 +113,98 @@ class Participant:
 
 def encode_participant(participant: Participant) -> bytes:
     """Return the payload of a sample on `ros_discovery_info`."""
-    out = bytearray(_ENCAPSULATION)
-    padding = bytes(participant.gid_size - _GUID_SIZE)
-    out += participant.guid + padding
-    out += _COUNT.pack(len(participant.nodes))
+    gid = _GIDS[participant.gid_size]
+    out = bytearray(_ENCAPSULATION + gid.pack(participant.guid) + _COUNT.pack(len(participant.nodes)))
     for node in participant.nodes:
         for text in (node.namespace, node.name):
             data = text.encode() + b"\0"
             out += _COUNT.pack(len(data)) + data + bytes(-len(data) % 4)
-        for gids in (node.readers, node.writers):
-            out += _COUNT.pack(len(gids))
-            for gid in gids:
-                out += gid + padding
+        for guids in (node.readers, node.writers):
+            out += _COUNT.pack(len(guids)) + b"".join(map(gid.pack, guids))
     return bytes(out)
 
 
 def decode_participant(payload: bytes) -> Participant:
     """Decode the payload of a sample on `ros_discovery_info`, with gids of either size."""
-    for gid_size in _GID_SIZES:
-        reader = _Reader(payload, gid_size)
-        try:
-            participant = Participant(reader.gid(), tuple(reader.nodes()), gid_size)
-        except (StructError, ValueError, IndexError):
-            continue
-        if reader.is_at_end():
-            return participant
+    for gid_size in _GIDS:
+        with suppress(StructError, ValueError):
+            return _decoded(payload, gid_size)
     raise InterfaceError(f"A payload of {len(payload)} bytes is not an announcement of nodes.")
 
 
-class _Reader:
-    """Reads a sample on `ros_discovery_info` from front to back; everything in it is aligned to 4 bytes."""
+def _decoded(payload: bytes, gid_size: int) -> Participant:
+    """Decode a payload, in which everything is aligned to 4 bytes."""
+    rest, gid = BytesIO(payload), _GIDS[gid_size]
 
-    def __init__(self, payload: bytes, gid_size: int) -> None:
-        if payload[:2] != _ENCAPSULATION[:2]:
-            raise InterfaceError("It is not little-endian CDR.")
-        self._payload = payload
-        self._gid_size = gid_size
-        self._position = len(_ENCAPSULATION)
+    def count() -> int:
+        return int(_COUNT.unpack(rest.read(4))[0])
 
-    def is_at_end(self) -> bool:
-        return self._position == len(self._payload)
+    def text() -> str:
+        size = count()
+        data = rest.read(size + -size % 4)
+        return data[: data.index(b"\0", 0, size)].decode()
 
-    def gid(self) -> bytes:
-        gid = self._bytes(self._gid_size)
-        if any(gid[_GUID_SIZE:]):
-            raise ValueError
-        return gid[:_GUID_SIZE]
+    def guids(number: int) -> tuple[bytes, ...]:
+        return tuple(gid.unpack(rest.read(gid.size))[0] for _ in range(number))
 
-    def nodes(self) -> Iterable[NodeEntities]:
-        for _ in range(self._count()):
-            yield NodeEntities(self._text(), self._text(), self._gids(), self._gids())
-
-    def _gids(self) -> tuple[bytes, ...]:
-        return tuple(self.gid() for _ in range(self._count()))
-
-    def _text(self) -> str:
-        size = self._count()
-        data = self._bytes(size)
-        self._position += -size % 4
-        if not data.endswith(b"\0"):
-            raise ValueError
-        return data[:-1].decode()
-
-    def _count(self) -> int:
-        (count,) = _COUNT.unpack_from(self._payload, self._position)
-        self._position += _COUNT.size
-        return int(count)
-
-    def _bytes(self, size: int) -> bytes:
-        end = self._position + size
-        if end > len(self._payload):
-            raise IndexError
-        data = self._payload[self._position : end]
-        self._position = end
-        return data
+    if rest.read(4)[:2] != _ENCAPSULATION[:2]:
+        raise ValueError
+    (guid,) = guids(1)
+    nodes = tuple(NodeEntities(text(), text(), guids(count()), guids(count())) for _ in range(count()))
+    if rest.read():
+        raise ValueError
+    return Participant(guid, nodes, gid_size)
 
 
-class GraphListener(ABC):
-    """Receives news of participants, nodes and endpoints."""
-
-    @abstractmethod
-    def learn_participants(self, participants: Sequence[tuple[bytes, bool]]) -> None:
-        """Note which participants have joined (True) or left."""
-
-    @abstractmethod
-    def learn_nodes(self, participant: Participant) -> bool:
-        """Note the nodes of a participant; return whether the participant is known."""
-
-    @abstractmethod
-    def learn_endpoints(self, endpoints: Sequence[Endpoint], *, writers: bool) -> None:
-        """Note new and lost writers, or readers."""
-
-
-class Graph(GraphListener):
-    """The nodes of other participants and all endpoints; several threads may use it."""
+class Graph:
+    """The nodes of other participants and all endpoints; a single thread at a time changes it."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
         self._participants: dict[bytes, tuple[NodeEntities, ...]] = {}
-        self._endpoints: dict[bytes, tuple[Endpoint, bool]] = {}
-        self._infos: dict[str, list[EndpointInfo]] | None = None
+        self._endpoints: dict[bytes, tuple[RosName, Endpoint]] = {}
 
     def learn_participants(self, participants: Sequence[tuple[bytes, bool]]) -> None:
-        with self._lock:
-            for guid, alive in participants:
-                if alive:
-                    self._participants.setdefault(guid, ())
-                else:
-                    self._participants.pop(guid, None)
-                self._infos = None
+        """Note which participants have joined (True) or left."""
+        for guid, alive in participants:
+            if alive:
+                self._participants.setdefault(guid, ())
+            else:
+                self._participants.pop(guid, None)
 
     def learn_nodes(self, participant: Participant) -> bool:
-        with self._lock:
-            if participant.guid not in self._participants:
-                return False
-            self._participants[participant.guid] = participant.nodes
-            self._infos = None
-            return True
+        """Note the nodes of a participant; return whether the participant is known."""
+        if participant.guid not in self._participants:
+            return False
+        self._participants[participant.guid] = participant.nodes
+        return True
 
     def learn_endpoints(self, endpoints: Sequence[Endpoint], *, writers: bool) -> None:
-        with self._lock:
-            for endpoint in endpoints:
-                if endpoint.alive:
-                    self._endpoints[endpoint.guid] = (endpoint, writers)
-                else:
-                    self._endpoints.pop(endpoint.guid, None)
-                self._infos = None
+        """Note new and lost writers, or readers."""
+        for endpoint in endpoints:
+            ros = ros_name(endpoint.topic, endpoint.type_name, writes=writers) if endpoint.alive else None
+            if ros is None or OBSERVER in parse_user_data(endpoint.user_data):
+                self._endpoints.pop(endpoint.guid, None)
+            else:
+                self._endpoints[endpoint.guid] = (ros, endpoint)
+
+    def _all_nodes(self, own: Iterable[NodeEntities]) -> list[NodeEntities]:
+        return [*own, *(node for nodes in list(self._participants.values()) for node in nodes)]
 
     def nodes(self, own: Iterable[NodeEntities]) -> list[tuple[str, str]]:
         """Return (name, namespace) of all nodes, including the own, sorted by full name."""
-        with self._lock:
-            others = [node for nodes in self._participants.values() for node in nodes]
-        nodes = [(node.name, node.namespace) for node in (*own, *others)]
+        nodes = [(node.name, node.namespace) for node in self._all_nodes(own)]
         return sorted(nodes, key=lambda node: qualified_name(node[1], node[0]))
 
     def endpoints(self, own: Iterable[NodeEntities], name: str | None) -> list[EndpointInfo]:
         """Return all endpoints, sorted by kind, name and GUID; only of a topic or service if named."""
-        with self._lock:
-            joined = self._infos = self._infos or self._join(own)
-            if name is not None:
-                return list(joined.get(name, ()))
-            infos = [info for each in joined.values() for info in each]
-        return sorted(infos, key=lambda info: (_KINDS.index(info.kind), info.name, info.gid))
-
-    def forget_join(self) -> None:
-        """Note a change of the own nodes."""
-        with self._lock:
-            self._infos = None
-
-    def _join(self, own: Iterable[NodeEntities]) -> dict[str, list[EndpointInfo]]:
-        others = (node for nodes in self._participants.values() for node in nodes)
         node_of = {
-            gid: (node.name, node.namespace)
-            for node in (*own, *others)
-            for gid in (*node.readers, *node.writers)
+            guid: (node.name, node.namespace)
+            for node in self._all_nodes(own)
+            for guid in (*node.readers, *node.writers)
         }
-        infos: dict[str, list[EndpointInfo]] = {}
-        for guid, (endpoint, writes) in self._endpoints.items():
-            ros = ros_name(endpoint.topic, endpoint.type_name, writes=writes)
-            if ros is not None and OBSERVER not in parse_user_data(endpoint.user_data):
-                node, namespace = node_of.get(guid, _UNKNOWN)
-                info = EndpointInfo(*ros, node, namespace, endpoint.qos, endpoint.guid)
-                infos.setdefault(ros.name, []).append(info)
-        for each in infos.values():
-            each.sort(key=lambda info: (_KINDS.index(info.kind), info.gid))
-        return infos
+        infos = [
+            EndpointInfo(*ros, *node_of.get(endpoint.guid, _UNKNOWN), endpoint.qos, endpoint.guid)
+            for ros, endpoint in list(self._endpoints.values())
+            if name in {None, ros.name}
+        ]
+        return sorted(infos, key=lambda info: (_KINDS.index(info.kind), info.name, info.gid))

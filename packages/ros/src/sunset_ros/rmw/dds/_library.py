@@ -7,6 +7,7 @@ and checked here before the wheel is imported.
 import ctypes
 from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
+from itertools import count
 from typing import Final
 
 from sunset_ros.errors import MiddlewareError, MissingExtraError
@@ -15,23 +16,20 @@ from sunset_ros.rmw.core.qos import DurabilityPolicy, HistoryPolicy, QoSProfile,
 VERSION: Final = "11.0.1"
 
 
-def check_version(installed: str | None) -> None:
-    """Raise a `MissingExtraError` if the wheel is not installed (None), or has another version."""
+def check_version() -> None:
+    """Raise a `MissingExtraError` if the wheel is not installed, or has another version."""
+    try:
+        installed = version("cyclonedds")
+    except PackageNotFoundError:
+        installed = "none"
     if installed != VERSION:
         raise MissingExtraError(
-            f"The live middleware needs cyclonedds {VERSION}, found {installed or 'none'}: "
+            f"The live middleware needs cyclonedds {VERSION}, found {installed}: "
             "pip install 'sunset-exemplar[live]', or 'sunset-ros[live]' for the client library alone."
         )
 
 
-def _installed() -> str | None:
-    try:
-        return version("cyclonedds")
-    except PackageNotFoundError:
-        return None
-
-
-check_version(_installed())
+check_version()
 
 from cyclonedds.internal import DDS  # noqa: E402  after the check
 
@@ -52,8 +50,6 @@ _SIGNATURES: Final[dict[str, tuple[object, ...]]] = {  # argument types, and the
     "dds_set_log_mask": (ctypes.c_uint32, None),
     "dds_create_domain": (ctypes.c_uint32, ctypes.c_char_p, _Entity),
     "dds_create_participant": (ctypes.c_uint32, _Pointer, _Pointer, _Entity),
-    "dds_create_publisher": (_Entity, _Pointer, _Pointer, _Entity),
-    "dds_create_subscriber": (_Entity, _Pointer, _Pointer, _Entity),
     "dds_create_writer": (_Entity, _Entity, _Pointer, _Pointer, _Entity),
     "dds_create_reader": (_Entity, _Entity, _Pointer, _Pointer, _Entity),
     "dds_create_readcondition": (_Entity, ctypes.c_uint32, _Entity),
@@ -129,41 +125,26 @@ def create_participant(domain_id: int, user_data: bytes) -> int:
     return checked(participant, f"enter domain {domain_id}")
 
 
-def create_publisher(participant: int) -> int:
-    """Make a DDS publisher, which makes writers."""
-    return checked(_C.dds_create_publisher(participant, None, None), "make a publisher")
-
-
-def create_subscriber(participant: int) -> int:
-    """Make a DDS subscriber, which makes readers."""
-    return checked(_C.dds_create_subscriber(participant, None, None), "make a subscriber")
-
-
-def create_writer(publisher: int, topic: int, qos: QoSProfile, user_data: bytes = b"") -> int:
+def create_writer(participant: int, topic: int, qos: QoSProfile, user_data: bytes = b"") -> int:
     """Make a writer with the announcements of a ROS 2 node."""
     settings = _announced(qos, user_data)
     _C.dds_qset_writer_data_lifecycle(settings, False)
-    writer = _C.dds_create_writer(publisher, topic, settings, None)
+    writer = _C.dds_create_writer(participant, topic, settings, None)
     _C.dds_delete_qos(settings)
     return checked(writer, "make a writer")
 
 
 def create_reader(
-    subscriber: int, topic: int, qos: QoSProfile | None, user_data: bytes = b"", *, ignore_own: bool = False
+    participant: int, topic: int, qos: QoSProfile | None, user_data: bytes = b"", *, ignore_own: bool = False
 ) -> int:
     """Make a reader with the announcements of a ROS 2 node; for a built-in topic, without QoS."""
     settings = None if qos is None else _announced(qos, user_data)
     if ignore_own:
         _C.dds_qset_ignorelocal(settings, _IGNORE_PARTICIPANT)
-    reader = _C.dds_create_reader(subscriber, topic, settings, None)
+    reader = _C.dds_create_reader(participant, topic, settings, None)
     if settings is not None:
         _C.dds_delete_qos(settings)
     return checked(reader, "make a reader")
-
-
-def data_condition(reader: int) -> int:
-    """Make a condition that holds while a reader has samples."""
-    return checked(_C.dds_create_readcondition(reader, _ANY), "make a condition")
 
 
 def delete(entity: int) -> None:
@@ -263,39 +244,40 @@ def wait_for_acks(writer: int, timeout_ns: int) -> None:
 
 
 class WaitSet:
-    """Waits until a condition holds; each condition has a number of at least 1, and is watched once."""
+    """Waits until a reader has samples, whose number it returns; a reader is watched once."""
 
     def __init__(self, participant: int) -> None:
         self._set = checked(_C.dds_create_waitset(participant), "make a waitset")
         self._guard = checked(_C.dds_create_guardcondition(participant), "make a condition")
-        self._numbers = (ctypes.c_ssize_t * 64)()
-        self._conditions: dict[int, int] = {}
-        checked(_C.dds_waitset_attach(self._set, self._guard, 0), "watch a condition")
+        self._room = (ctypes.c_ssize_t * 64)()
+        self._numbers = count(1)
+        self._conditions = {0: self._guard}
+        self.watch(0)
 
-    def watch(self, number: int, condition: int) -> None:
-        """Watch a condition until it holds."""
-        self._conditions[number] = condition
-        checked(_C.dds_waitset_attach(self._set, condition, number), "watch a condition")
+    def add(self, reader: int) -> int:
+        """Return a new number for a reader, which is not watched yet."""
+        number = next(self._numbers)
+        self._conditions[number] = checked(_C.dds_create_readcondition(reader, _ANY), "make a condition")
+        return number
+
+    def watch(self, number: int) -> None:
+        """Watch a reader until it has samples."""
+        checked(_C.dds_waitset_attach(self._set, self._conditions[number], number), "watch a condition")
 
     def forget(self, number: int) -> None:
-        """Stop watching a condition, if it is watched."""
-        condition = self._conditions.pop(number, None)
-        if condition is not None:
-            _C.dds_waitset_detach(self._set, condition)
+        """Stop watching a reader for good."""
+        _C.dds_waitset_detach(self._set, self._conditions.pop(number))
 
     def wait(self) -> list[int]:
-        """Return the numbers of conditions that hold; none after `close`."""
+        """Return the numbers of readers that have samples; none after `close`."""
         numbers: list[int] = []
         while not numbers:
-            count = checked(
-                _C.dds_waitset_wait(self._set, self._numbers, len(self._numbers), _FOREVER),
-                "wait for samples",
-            )
-            numbers = self._numbers[: min(count, len(self._numbers))]
+            found = _C.dds_waitset_wait(self._set, self._room, len(self._room), _FOREVER)
+            numbers = self._room[: min(checked(found, "wait for samples"), len(self._room))]
         if 0 in numbers:
             return []
         for number in numbers:
-            self.forget(number)
+            _C.dds_waitset_detach(self._set, self._conditions.get(number, 0))
         return numbers
 
     def close(self) -> None:

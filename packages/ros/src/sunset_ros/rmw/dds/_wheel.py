@@ -6,10 +6,10 @@ that `_library` accepts.
 
 import ctypes
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeVar
 
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.rmw.dds._library import checked, delete, read_qos, sertype_of
@@ -18,13 +18,14 @@ from cyclonedds import _clayer  # isort: skip  after the version was checked
 from cyclonedds.idl import make_idl_struct  # isort: skip
 from cyclonedds.idl.types import uint8  # isort: skip
 
+T = TypeVar("T")
+
 MAKING_TOPIC: Final = threading.Lock()
 """Held while a topic is made: its participant must not be deleted meanwhile."""
 
 _ANY: Final = 127  # samples in every state
 _ALIVE: Final = 16  # the state of existing instances
 _BATCH: Final = 1000
-_ONE: Final = 1  # an error loses the whole batch
 _OPERATIONS: Final = 14
 _TYPE_INFORMATION: Final = (8, 9, 10)  # type_id, type_map, type_info of struct ddsi_sertype_ops
 
@@ -38,7 +39,7 @@ def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
     they are checked when they are decoded.
     """
     with MAKING_TOPIC:  # topics of a type share the table that is changed here
-        topic: int = _clayer.ddspy_topic_create(participant, name, _octet(type_name), None, None)
+        topic: int = _clayer.ddspy_topic_create(participant, name, octet_type(type_name), None, None)
         checked(topic, f"make topic {name}")
         operations = ctypes.c_void_p.from_address(sertype_of(topic))  # the first member of a sertype
         original = operations.value
@@ -50,14 +51,9 @@ def topic_of(participant: int, name: str, type_name: str) -> Iterator[int]:
             delete(topic)
 
 
-def prepare(type_name: str) -> None:
-    """Make the type of later topics."""
-    _octet(type_name)
-
-
 @cache
-def _octet(type_name: str) -> object:
-    """Return a type of the wheel, which has a single octet."""
+def octet_type(type_name: str) -> object:
+    """Return a type of the wheel for topics, which has a single octet."""
     kind = make_idl_struct("Octet", type_name.replace("::", "."), {"octet": uint8}, dataclassify=False)
     kind.__idl__.populate()
     kind.__idl__.fill_type_data()
@@ -95,21 +91,15 @@ def take(reader: int) -> tuple[bytes, int, int] | None:
 
 
 class Endpoint(NamedTuple):
-    """A writer or reader on the network.
+    """A writer or reader on the network, with the name of its DDS type, and the QoS and user data that it announces.
 
     Attributes:
         guid: 16 bytes that identify it.
-        participant: the GUID of its participant.
-        alive: whether it exists; if not, only the GUIDs and the handle are certain.
-        topic: the name of its DDS topic.
-        type_name: the name of its DDS type.
-        qos: the profile that it announces.
-        user_data: the user data that it announces.
+        alive: whether it exists; if not, only the GUID and the handle are certain.
         handle: its number in this process; 0 in the result of a search by handle.
     """
 
     guid: bytes
-    participant: bytes
     alive: bool
     topic: str
     type_name: str
@@ -119,44 +109,35 @@ class Endpoint(NamedTuple):
 
 
 def _endpoint(*described: Any) -> Endpoint:
-    guid, participant, _, topic, type_name, announced, info, _ = described
+    guid, _, _, topic, type_name, announced, info, _ = described
     handle = 0 if info is None else info.instance_handle
     if announced is None:
-        return Endpoint(guid, participant, False, "", "", QoSProfile(), b"", handle)
-    alive = info is None or info.instance_state == _ALIVE
+        return Endpoint(guid, False, "", "", QoSProfile(), b"", handle)
     qos, user_data = announced
-    return Endpoint(guid, participant, alive, topic, type_name, qos, user_data, handle)
+    alive = info is None or info.instance_state == _ALIVE
+    return Endpoint(guid, alive, topic, type_name, qos, user_data, handle)
 
 
-def take_endpoints(reader: int) -> tuple[list[Endpoint], int]:
-    """Return news of endpoints from a reader of a built-in topic, and the number whose names are not UTF-8."""
-    endpoints: list[Endpoint] = []
-    unknown = 0
-    while True:
-        try:
-            batch: list[Endpoint] | int = _clayer.ddspy_take_endpoint(reader, _ONE, _endpoint, read_qos)
-        except Exception:  # noqa: BLE001  the wheel raises no other
-            unknown += 1
-            continue
-        if not batch or isinstance(batch, int):
-            return endpoints, unknown
-        endpoints += batch
+def take_endpoints(reader: int) -> list[Endpoint]:
+    """Return news of endpoints from a reader of a built-in topic."""
+    return _take_all(lambda: _clayer.ddspy_take_endpoint(reader, _BATCH, _endpoint, read_qos))
 
 
 def take_participants(reader: int) -> list[tuple[bytes, bool]]:
     """Return news of participants: (GUID, whether it exists)."""
-    participants: list[tuple[bytes, bool]] = []
-    while True:
-        batch: list[tuple[bytes, bool]] | int = _clayer.ddspy_take_participant(
-            reader, _BATCH, _participant, lambda _: None
-        )
-        if not batch or isinstance(batch, int):
-            return participants
-        participants += batch
+    return _take_all(lambda: _clayer.ddspy_take_participant(reader, _BATCH, _participant, lambda _: None))
 
 
 def _participant(guid: bytes, _: None, info: Any) -> tuple[bytes, bool]:
     return guid, info.instance_state == _ALIVE
+
+
+def _take_all(take: Callable[[], list[T] | int]) -> list[T]:
+    """Take batches until there are none, or an error."""
+    items: list[T] = []
+    while (batch := take()) and not isinstance(batch, int):
+        items += batch
+    return items
 
 
 def matched_subscription(writer: int, handle: int) -> Endpoint | None:

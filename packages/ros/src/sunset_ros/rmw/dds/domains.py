@@ -40,8 +40,9 @@ def free_domain_id() -> Iterator[int]:
     turn = next(_turns)
     for index in range(len(_DOMAINS)):
         domain = _DOMAINS[(turn + index) % len(_DOMAINS)]
-        with _reserve(domain) as reserved:
-            if reserved:
+        first = _FIRST_PORT + _PORTS_PER_DOMAIN * domain
+        with ExitStack() as held:
+            if _bind(held, first + _LOCK_PORT) and _is_unused(first):
                 yield domain
                 return
     raise MiddlewareError(f"All domain ids from {_DOMAINS[0]} to {_DOMAINS[-1]} are in use.")
@@ -62,16 +63,9 @@ def sole_system(domain_id: int) -> Iterator[None]:
         yield
 
 
-@contextmanager
-def _reserve(domain: int) -> Iterator[bool]:
-    first = _FIRST_PORT + _PORTS_PER_DOMAIN * domain
-    with ExitStack() as held:
-        if not _bind(held, first + _LOCK_PORT):
-            yield False
-            return
-        with ExitStack() as probes:
-            unused = all(_bind(probes, first + offset) for offset in _OFFSETS)
-        yield unused
+def _is_unused(first: int) -> bool:
+    with ExitStack() as probes:
+        return all(_bind(probes, first + offset) for offset in _OFFSETS)
 
 
 def _bind(stack: ExitStack, port: int, address: str = "") -> bool:

@@ -1,25 +1,56 @@
 """Simulated processes: a thread of callbacks that take modelled time."""
 
+from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable
 from functools import partial
 from operator import attrgetter
 
 from sunset_ros.errors import MiddlewareError
-from sunset_ros.rmw.core.node import NodeHandle, Parts
-from sunset_ros.rmw.core.port import CallbackError, EndpointInfo
-from sunset_ros.rmw.sim._entity import SimEntity, SimHost
-from sunset_ros.rmw.sim._network import Network
-from sunset_ros.rmw.sim._scheduler import Priority
-from sunset_ros.rmw.sim._services import SimClient, SimService
-from sunset_ros.rmw.sim._timer import SimPosted, SimTimer
-from sunset_ros.rmw.sim._topics import SimPublisher, SimSubscription
+from sunset_ros.rmw.core.node import Entity, Middleware, NodeHandle, Parts
+from sunset_ros.rmw.core.port import EndpointInfo
+from sunset_ros.rmw.sim._network import OTHER_CALLBACK_NS, Network, Priority
 
 
-class SimProcess(SimHost):
+class SimEntity(Entity):
+    """A part of a node that has callbacks."""
+
+    process: "SimProcess"
+
+    @abstractmethod
+    def ready(self) -> bool:
+        """Whether there is work."""
+
+    @abstractmethod
+    def run(self) -> None:
+        """Call the handler once."""
+
+    def cost_ns(self) -> int:
+        """Return the duration of the next callback."""
+        return OTHER_CALLBACK_NS
+
+
+class _SimPosted(SimEntity):
+    """A posted call."""
+
+    def __init__(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
+        super().__init__(node, label)
+        self._handler = handler
+
+    def ready(self) -> bool:
+        return self.node.alive
+
+    def run(self) -> None:
+        self._handler()
+
+
+class SimProcess(Middleware):
     """One process of the simulated world; made by `Simulation.create_process`.
 
     Attributes:
+        name: its name in errors.
+        network: the network.
+        is_protected: whether other processes can neither delay it nor notice its requests.
         nodes_here: its nodes, by age.
         exit_handlers: called with this process when it has ended.
     """
@@ -27,31 +58,25 @@ class SimProcess(SimHost):
     def __init__(
         self,
         network: Network,
+        parts: Parts,
         name: str,
         around: Callable[[Callable[[], None]], None] | None,
         *,
         is_protected: bool,
     ) -> None:
+        self.parts = parts
         self.name = name
         self.network = network
+        self._end_text = f"Process {name} has ended."
         self.is_protected = is_protected
         self.nodes_here: dict[NodeHandle, None] = {}
         self._around = around
-        self._alive = True
         self._busy = False
         self._running = False
-        self._ending = False
         self._calls = 0
         self._ready: deque[SimEntity] = deque()
         self._outbox: list[tuple[Callable[..., None], object]] = []
         self.exit_handlers: list[Callable[[SimProcess], object]] = []
-        self._parts = Parts(
-            publisher=partial(SimPublisher, self),
-            subscription=partial(SimSubscription, self),
-            client=partial(SimClient, self),
-            service=partial(SimService, self),
-            timer=partial(SimTimer, self),
-        )
 
     def __repr__(self) -> str:
         return f"<SimProcess {self.name} {'alive' if self._alive else 'ended'}>"
@@ -63,11 +88,8 @@ class SimProcess(SimHost):
         scheduler = self.network.scheduler
         scheduler.add(scheduler.now, Priority.TIMER, self._start, None)
 
-    def check_alive(self) -> None:
-        if not self._alive:
-            raise MiddlewareError(f"Process {self.name} has ended.")
-
     def notify(self, entity: SimEntity, *, first: bool = False) -> None:
+        """Line up an entity with work, before all others if `first`."""
         if self._alive:
             if first:
                 self._ready.appendleft(entity)
@@ -110,13 +132,9 @@ class SimProcess(SimHost):
         self.network.executing = self
         try:
             if self._around is None:
-                entity.run()
+                entity.call(entity.run)
             else:
-                self._around(entity.run)
-        except CallbackError:
-            raise
-        except Exception as error:
-            raise CallbackError.of(entity.node.fully_qualified_name, entity.label, error) from error
+                entity.call(self._around, entity.run)
         finally:
             self.network.executing = None
 
@@ -139,6 +157,7 @@ class SimProcess(SimHost):
             self.end()
 
     def send(self, leave: Callable[..., None], payload: object) -> None:
+        """Call `leave(payload)` when the running callback ends, or now if no callback runs."""
         if self.network.executing is self:
             self._outbox.append((leave, payload))
         else:
@@ -146,8 +165,7 @@ class SimProcess(SimHost):
 
     def post(self, node: NodeHandle, handler: Callable[[], None], label: str) -> None:
         scheduler = self.network.scheduler
-        posted = SimPosted(self, node, handler, label)
-        scheduler.add(scheduler.now, Priority.TIMER, self.notify, posted)
+        scheduler.add(scheduler.now, Priority.TIMER, self.notify, _SimPosted(node, handler, label))
 
     def remove(self, node: NodeHandle) -> None:
         self.network.nodes.pop(node, None)
@@ -168,10 +186,6 @@ class SimProcess(SimHost):
 
     # The port
 
-    @property
-    def describes_types(self) -> bool:
-        return False  # all processes of a simulation know all types
-
     def now_ns(self) -> int:
         """Virtual time: nanoseconds since the simulation began; constant during a callback."""
         return self.network.scheduler.now
@@ -179,7 +193,7 @@ class SimProcess(SimHost):
     steady_ns = now_ns
 
     def create_node(self, name: str, namespace: str) -> NodeHandle:
-        node = NodeHandle(self, self._parts, name, namespace)
+        node = NodeHandle(self, name, namespace)
         self.network.nodes[node] = None
         self.nodes_here[node] = None
         for tap in self.network.taps:
@@ -223,13 +237,6 @@ class SimProcess(SimHost):
                 "Nothing is left to happen in the simulation, so this wait would never end."
             )
         return held
-
-    def wake(self) -> None:
-        """Do nothing: no other thread runs during `spin_once`."""
-
-    @property
-    def alive(self) -> bool:
-        return self._alive and not self._ending
 
     def shutdown(self) -> None:
         if self.network.executing is self:

@@ -11,14 +11,12 @@ from types import MappingProxyType
 
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.interfaces import Message, Service
-from sunset_ros.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
+from sunset_ros.rmw.core.port import EndpointInfo
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.rmw.core.tap import Tap
-from sunset_ros.rmw.sim._compute import ComputeModel
-from sunset_ros.rmw.sim._network import Network
+from sunset_ros.rmw.sim._endpoints import PARTS, SimClient
+from sunset_ros.rmw.sim._network import ComputeModel, Network, Priority
 from sunset_ros.rmw.sim._process import SimProcess
-from sunset_ros.rmw.sim._scheduler import Priority
-from sunset_ros.rmw.sim._services import SimClient
 
 
 class Simulation:
@@ -67,7 +65,7 @@ class Simulation:
             is_protected: whether callbacks and requests of the process take no time and use no queue of others, so that
                 other processes can neither delay nor notice them.
         """
-        return SimProcess(self._network, name, around, is_protected=is_protected)
+        return SimProcess(self._network, PARTS, name, around, is_protected=is_protected)
 
     def run_until(self, t_ns: int) -> None:
         """Let all events until `t_ns` happen; the clock then shows `t_ns`.
@@ -107,7 +105,7 @@ class Simulation:
         process = self.create_process("playback")
         node = process.create_node("playback", "/")
         for t_ns, name, kind, request in requests:
-            client = SimClient(process, node, kind, name, QoSProfile(), handler=lambda *_: None, label="")
+            client = SimClient(node, kind, name, QoSProfile())
             self._network.scheduler.add(t_ns, Priority.PLAYBACK, client.play_back, request)
 
     def add_tap(self, tap: Tap) -> None:
@@ -129,25 +127,6 @@ class Simulation:
     def endpoints(self) -> list[EndpointInfo]:
         """Return every endpoint on the graph, in a fixed order."""
         return self._network.endpoints()
-
-    def publishers_of(self, node: str) -> list[tuple[str, str]]:
-        """Return (topic, type) of the publishers of a node, given by its fully qualified name."""
-        return self._of(node, EndpointKind.PUBLISHER)
-
-    def subscriptions_of(self, node: str) -> list[tuple[str, str]]:
-        """Return (topic, type) of the subscriptions of a node, given by its fully qualified name."""
-        return self._of(node, EndpointKind.SUBSCRIPTION)
-
-    def services_of(self, node: str) -> list[tuple[str, str]]:
-        """Return (name, type) of the services that a node offers, given by its fully qualified name."""
-        return self._of(node, EndpointKind.SERVICE)
-
-    def _of(self, node: str, kind: EndpointKind) -> list[tuple[str, str]]:
-        return [
-            (info.name, info.type_name)
-            for info in self._network.endpoints()
-            if info.kind is kind and qualified_name(info.node_namespace, info.node_name) == node
-        ]
 
     def _check_outside(self) -> None:
         if self._network.executing is not None:

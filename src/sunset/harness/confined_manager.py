@@ -153,7 +153,7 @@ class ManagerProcess:
 
 
 @contextmanager
-def manager_process(spec: ManagerSpec, *, describes_types: bool = False) -> Iterator[ManagerProcess]:
+def manager_process(spec: ManagerSpec) -> Iterator[ManagerProcess]:
     """Load a managing system in a process of its own, which ends with the context.
 
     The process is forked from a clean server, and sees of its user's files only those of the managing system. A class
@@ -161,7 +161,6 @@ def manager_process(spec: ManagerSpec, *, describes_types: bool = False) -> Iter
 
     Args:
         spec: the managing system.
-        describes_types: whether its node describes its types to other nodes.
 
     Raises:
         ManagerError: it cannot be loaded.
@@ -175,7 +174,7 @@ def manager_process(spec: ManagerSpec, *, describes_types: bool = False) -> Iter
                 "leave out its --manager-env."
             )
     try:
-        process = _start(spec, describes_types)
+        process = _start(spec)
     except OSError as error:
         raise OutputError(f"No process can be started for the managing system: {error.strerror}.") from error
     with process:
@@ -197,7 +196,7 @@ def run_confined(spec: ManagerSpec, context: Context, *, occasion: str) -> str:
     middleware = context.middleware
     failures: list[str] = []
     moment = "could not be constructed"
-    with manager_process(spec, describes_types=middleware.describes_types) as process:
+    with manager_process(spec) as process:
         is_wanted = context.ok()
 
         def leave() -> None:
@@ -222,7 +221,7 @@ def run_confined(spec: ManagerSpec, context: Context, *, occasion: str) -> str:
     return "".join(failures)
 
 
-def _start(spec: ManagerSpec, describes_types: bool) -> Process:
+def _start(spec: ManagerSpec) -> Process:
     """Start the process of a managing system."""
     name = str(_command(spec.manager) or spec.manager)
     task = ManagerTask(
@@ -230,7 +229,6 @@ def _start(spec: ManagerSpec, describes_types: bool) -> Process:
         folder=str(Path.cwd()),
         extensions=tuple(extension.where for extension in loaded_extensions()),
         environment={name: os.environ[name] for name in spec.variables},
-        describes_types=describes_types,
     )
     if is_registered(spec.manager):
         return copy_process(run_manager, task)

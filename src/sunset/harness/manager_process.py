@@ -64,14 +64,12 @@ class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):
         folder: the folder of relative paths in its name.
         extensions: of the managed system.
         environment: its environment variables; messages do not contain their values.
-        describes_types: whether its node describes its types to other nodes.
     """
 
     spec: ManagerSpec
     folder: str
     extensions: tuple[str, ...]
     environment: dict[str, str]
-    describes_types: bool
 
 
 class LoadedManager(msgspec.Struct, frozen=True, tag="loaded"):
@@ -147,7 +145,7 @@ def run_manager(connection: socket.socket, task: object) -> None:
     def describe(error: BaseException) -> str:
         return _without_values(_description(manager_class, error), order)
 
-    RemoteProcess(pipe, construct, describe, describes_types=order.describes_types).serve()
+    RemoteProcess(pipe, construct, describe).serve()
 
 
 def _load(order: ManagerTask) -> tuple[type[ManagingSystem], LoadedManager]:

@@ -1,10 +1,9 @@
 """Parameters of nodes: declarations, checks, callbacks. It knows no network."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from sunset_ros._parameter_checks import refusal
 from sunset_ros.exceptions import (
     InvalidParameterException,
     InvalidParameterValueException,
@@ -20,7 +19,7 @@ from sunset_ros.interfaces.rcl_interfaces.msg import (
     SetParametersResult,
 )
 from sunset_ros.names import validate_parameter_name
-from sunset_ros.parameter import Parameter
+from sunset_ros.parameter import Parameter, refusal
 from sunset_ros.texts import shorten, suggestion
 
 SetCallback = Callable[[list[Parameter]], SetParametersResult]
@@ -52,7 +51,7 @@ class NodeParameters:
 
     Args:
         node: fully qualified name of the node, for errors.
-        overrides: values that win over the defaults of declarations.
+        overrides: values that win over the defaults of declarations; of one name, the last.
         allow_undeclared: whether parameters may be set that were not declared.
         on_change: called with all changes.
     """
@@ -60,13 +59,12 @@ class NodeParameters:
     def __init__(
         self,
         node: str,
-        overrides: Mapping[str, Parameter],
-        *,
+        overrides: Iterable[Parameter],
         allow_undeclared: bool,
         on_change: Callable[[Changes], object],
     ) -> None:
         self._parameters_of = node
-        self._parameter_overrides = overrides
+        self._parameter_overrides = {parameter.name: parameter for parameter in overrides}
         self._allow_undeclared_parameters = allow_undeclared
         self._on_parameter_change = on_change
         self._parameters: dict[str, Parameter] = {}
@@ -115,6 +113,11 @@ class NodeParameters:
                 f"Parameter {name!r} of {self._parameters_of} cannot be declared with {parameter.value!r}: {reason}"
             )
         return self._parameters[name]
+
+    def _declare_overrides(self) -> None:
+        for parameter in self._parameter_overrides.values():
+            if not self.has_parameter(parameter.name):
+                self.declare_parameter(parameter.name, parameter.value)
 
     def declare_parameters(
         self,

@@ -6,20 +6,17 @@ from typing import Any, TypeVar, cast
 from sunset_ros._callbacks import callback_name, driven
 from sunset_ros._node_graph import NodeGraph
 from sunset_ros._node_parameters import Changes, NodeParameters
-from sunset_ros._parameter_services import ParameterServices
+from sunset_ros._parameter_services import parameter_services
 from sunset_ros._rosout import NodeLogSink
-from sunset_ros._time_source import TimeSource
-from sunset_ros._type_descriptions import describe_type
 from sunset_ros.arguments import Arguments, find_overrides
 from sunset_ros.callback_groups import CallbackGroup
 from sunset_ros.client import AnyClient, Client
-from sunset_ros.clock import Clock, ROSClock
+from sunset_ros.clock import Clock, ROSClock, TimeSource
 from sunset_ros.context import Context, get_default_context
 from sunset_ros.exceptions import NodeNameNonExistentError
 from sunset_ros.interfaces import Message
 from sunset_ros.interfaces import Service as ServiceType
-from sunset_ros.interfaces.rcl_interfaces.msg import Log, ParameterDescriptor, ParameterEvent
-from sunset_ros.interfaces.type_description_interfaces.srv import GetTypeDescription
+from sunset_ros.interfaces.rcl_interfaces.msg import Log, ParameterEvent
 from sunset_ros.logging import Logger, LoggingSeverity
 from sunset_ros.names import rename_node, resolve_name
 from sunset_ros.parameter import Parameter
@@ -97,18 +94,23 @@ class Node(NodeParameters, NodeGraph):
         self._timers: list[Timer] = []
         self.default_callback_group = CallbackGroup()
         self._clock = ROSClock(context=self.context)
-        self._time_source = TimeSource(self.handle, self._clock, self._on_bad_time)
         self._logger = self._make_logger(enable_rosout)
+        self._time_source = TimeSource(self.handle, self._clock, self._logger)
         self.handle.warn = self._on_problem
         self._parameter_event_publisher = self.create_publisher(
             ParameterEvent, "/parameter_events", qos_profile_parameter_events
         )
-        overrides = find_overrides(arguments, self.get_fully_qualified_name())
-        self._set_up_parameters([*overrides, *(parameter_overrides or ())], allow_undeclared_parameters)
+        full_name = self.get_fully_qualified_name()
+        overrides = [*find_overrides(arguments, full_name), *(parameter_overrides or ())]
+        NodeParameters.__init__(
+            self, full_name, overrides, allow_undeclared_parameters, self._on_parameters_changed
+        )
+        self.declare_parameter("use_sim_time", False)
         if automatically_declare_parameters_from_overrides:
             self._declare_overrides()
         if start_parameter_services:
-            self._offer_parameters()
+            for srv_type, service, callback in parameter_services(self):
+                self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.get_fully_qualified_name()}>"
@@ -179,6 +181,7 @@ class Node(NodeParameters, NodeGraph):
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
+        publisher_class: type[AnyPublisher] = Publisher,
     ) -> Publisher[MessageT]:
         """Make a publisher on a topic; a whole number as QoS keeps the last so many messages.
 
@@ -187,7 +190,8 @@ class Node(NodeParameters, NodeGraph):
         """
         name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
         self._warn_of_mismatch(name, EndpointKind.PUBLISHER, qos)
-        publisher = Publisher(self.handle.create_publisher(msg_type, name, qos), msg_type, name, qos)
+        handle = self.handle.create_publisher(msg_type, name, qos)
+        publisher: Publisher[MessageT] = publisher_class(handle, msg_type, name, qos)
         self._publishers.append(publisher)
         return publisher
 
@@ -316,9 +320,6 @@ class Node(NodeParameters, NodeGraph):
     def _on_problem(self, problem: str) -> None:
         self._logger.warning(problem)
 
-    def _on_bad_time(self, problem: str) -> None:
-        self._logger.warning(problem, throttle_duration_sec=10.0)
-
     def _warn_of_mismatch(self, topic: str, kind: EndpointKind, qos: QoSProfile) -> None:
         for other in self._middleware.endpoints(topic):
             if other.kind is kind:
@@ -332,45 +333,6 @@ class Node(NodeParameters, NodeGraph):
                     f"On {topic}, {mine} and {theirs} do not match: incompatible {policy}."  # noqa: G004  as in ROS
                 )
 
-    def _set_up_parameters(self, overrides: list[Parameter], allow_undeclared: bool) -> None:
-        NodeParameters.__init__(
-            self,
-            self.get_fully_qualified_name(),
-            {parameter.name: parameter for parameter in overrides},
-            allow_undeclared=allow_undeclared,
-            on_change=self._on_parameters_changed,
-        )
-        self.declare_parameter("use_sim_time", False)
-        self._offer_type_descriptions()
-
-    def _declare_overrides(self) -> None:
-        for parameter in self._parameter_overrides.values():
-            if not self.has_parameter(parameter.name):
-                self.declare_parameter(parameter.name, parameter.value)
-
-    def _offer_parameters(self) -> None:
-        for srv_type, service, callback in ParameterServices(self).callbacks():
-            self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
-
-    def _offer_type_descriptions(self) -> None:
-        """Serve `~/get_type_description` where other nodes of the network do, unless a parameter forbids it."""
-        if not self._middleware.describes_types:
-            return
-        descriptor = ParameterDescriptor(description="whether others can ask for its types", read_only=True)
-        if self.declare_parameter("start_type_description_service", True, descriptor).value:
-            self.create_service(GetTypeDescription, "~/get_type_description", self._answer_type_description)
-
-    def _answer_type_description(
-        self, request: GetTypeDescription.Request, response: GetTypeDescription.Response
-    ) -> GetTypeDescription.Response:
-        types = [
-            *(publisher.msg_type for publisher in self._publishers),
-            *(subscription.msg_type for subscription in self._subscriptions),
-            *(client.srv_type for client in self._clients),
-            *(service.srv_type for service in self._services),
-        ]
-        return describe_type(types, request, response)
-
     def _on_parameters_changed(self, changes: Changes) -> None:
         for parameter in [*changes.new, *changes.changed]:
             if parameter.name == "use_sim_time":
@@ -380,13 +342,15 @@ class Node(NodeParameters, NodeGraph):
     def _announce(self, changes: Changes, publisher: Publisher[ParameterEvent]) -> None:
         """Publish changes of parameters where the publisher has subscribers."""
         if publisher.handle.wanted:
+            kinds = (changes.new, changes.changed, changes.deleted)
+            new, changed, deleted = ([parameter.to_parameter_msg() for parameter in kind] for kind in kinds)
             publisher.publish(
                 ParameterEvent(
                     stamp=self._clock.now().to_msg(),
                     node=self.get_fully_qualified_name(),
-                    new_parameters=[parameter.to_parameter_msg() for parameter in changes.new],
-                    changed_parameters=[parameter.to_parameter_msg() for parameter in changes.changed],
-                    deleted_parameters=[parameter.to_parameter_msg() for parameter in changes.deleted],
+                    new_parameters=new,
+                    changed_parameters=changed,
+                    deleted_parameters=deleted,
                 )
             )
 

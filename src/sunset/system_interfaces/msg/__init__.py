@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset_ros.errors import InterfaceError
-from sunset_ros.interfaces._check import *
 from sunset_ros.interfaces._codec import *
 from sunset_ros.interfaces._message import *
+from sunset_ros.interfaces._serialization import *
 from sunset_ros.interfaces._values import *
 from sunset_ros.interfaces.builtin_interfaces.msg import Time
 from sunset_ros.interfaces.rcl_interfaces.msg import Parameter
@@ -176,13 +176,10 @@ class Command(Message):
         write_string(out, self.service)
         write_string(out, self.node)
         write_string(out, self.kind)
-        if len(self.parameters) or len(self.values):
-            write_size(out, len(self.parameters))
-            write_strings(out, self.parameters)
-            write_size(out, len(self.values))
-            write_strings(out, self.values)
-        else:
-            out += PAD4[len(out) & 3] + b"\0" * 8
+        write_size(out, len(self.parameters))
+        write_strings(out, self.parameters)
+        write_size(out, len(self.values))
+        write_strings(out, self.values)
         out += _STRUCT_0.pack(
             BOOLS[self.successful],
         )
@@ -196,16 +193,10 @@ class Command(Message):
         new.service, position = read_string(raw, position)
         new.node, position = read_string(raw, position)
         new.kind, position = read_string(raw, position)
-        position = (position + 3) & -4
-        if raw.startswith(b"\0" * 8, position):
-            new.parameters = []
-            new.values = []
-            position += 8
-        else:
-            size, position = read_size(raw, position)
-            new.parameters, position = read_strings(raw, position, size)
-            size, position = read_size(raw, position)
-            new.values, position = read_strings(raw, position, size)
+        size, position = read_size(raw, position)
+        new.parameters, position = read_strings(raw, position, size)
+        size, position = read_size(raw, position)
+        new.values, position = read_strings(raw, position, size)
         (
             new.successful,
         ) = _STRUCT_0.unpack_from(raw, position)
@@ -252,26 +243,17 @@ class Diagnosis(Message):
 
     def encode_into(self, out: bytearray) -> None:
         Time.encode_into(self.stamp, out)
-        if len(self.faults) or len(self.probabilities):
-            write_size(out, len(self.faults))
-            write_strings(out, self.faults)
-            write_array(out, self.probabilities, FLOAT64)
-        else:
-            out += PAD4[len(out) & 3] + b"\0" * 8
+        write_size(out, len(self.faults))
+        write_strings(out, self.faults)
+        write_array(out, self.probabilities, FLOAT64)
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         new.stamp, position = Time.decode_from(raw, position)
-        position = (position + 3) & -4
-        if raw.startswith(b"\0" * 8, position):
-            new.faults = []
-            new.probabilities = empty(FLOAT64)
-            position += 8
-        else:
-            size, position = read_size(raw, position)
-            new.faults, position = read_strings(raw, position, size)
-            new.probabilities, position = read_array(raw, position, FLOAT64)
+        size, position = read_size(raw, position)
+        new.faults, position = read_strings(raw, position, size)
+        new.probabilities, position = read_array(raw, position, FLOAT64)
         return new, position
 
 
@@ -351,21 +333,24 @@ class ExperimentLogging(Message):
 
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
-        new.timestamp = self.timestamp
-        new.scenario = self.scenario
-        new.source = self.source
-        new.rule_name = self.rule_name
-        new.strategy_name = self.strategy_name
-        new.strategy_hash = self.strategy_hash
-        new.strategy_status = self.strategy_status
-        new.adaptation_type = self.adaptation_type
-        new.adaptation_status = self.adaptation_status
-        new.success = self.success
-        new.iou = self.iou
-        new.vehicle_iou = self.vehicle_iou
-        new.road_iou = self.road_iou
-        new.gt_failure_name = self.gt_failure_name
-        new.is_gt_failure = self.is_gt_failure
+        try:
+            new.timestamp = self.timestamp
+            new.scenario = self.scenario
+            new.source = self.source
+            new.rule_name = self.rule_name
+            new.strategy_name = self.strategy_name
+            new.strategy_hash = self.strategy_hash
+            new.strategy_status = self.strategy_status
+            new.adaptation_type = self.adaptation_type
+            new.adaptation_status = self.adaptation_status
+            new.success = self.success
+            new.iou = self.iou
+            new.vehicle_iou = self.vehicle_iou
+            new.road_iou = self.road_iou
+            new.gt_failure_name = self.gt_failure_name
+            new.is_gt_failure = self.is_gt_failure
+        except (AttributeError, TypeError, InterfaceError) as error:
+            raise misfit(self, error) from error
         return new
 
     def encode_into(self, out: bytearray) -> None:
@@ -643,12 +628,9 @@ class FrameEvaluation(Message):
         out += _STRUCT_4.pack(
             self.iou,
         )
-        if len(self.intersection) or len(self.predicted) or len(self.truth):
-            write_array(out, self.intersection, UINT32)
-            write_array(out, self.predicted, UINT32)
-            write_array(out, self.truth, UINT32)
-        else:
-            out += PAD4[len(out) & 3] + b"\0" * 12
+        write_array(out, self.intersection, UINT32)
+        write_array(out, self.predicted, UINT32)
+        write_array(out, self.truth, UINT32)
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
@@ -659,16 +641,9 @@ class FrameEvaluation(Message):
             new.iou,
         ) = _STRUCT_4.unpack_from(raw, position)
         position += 8
-        position = (position + 3) & -4
-        if raw.startswith(b"\0" * 12, position):
-            new.intersection = empty(UINT32)
-            new.predicted = empty(UINT32)
-            new.truth = empty(UINT32)
-            position += 12
-        else:
-            new.intersection, position = read_array(raw, position, UINT32)
-            new.predicted, position = read_array(raw, position, UINT32)
-            new.truth, position = read_array(raw, position, UINT32)
+        new.intersection, position = read_array(raw, position, UINT32)
+        new.predicted, position = read_array(raw, position, UINT32)
+        new.truth, position = read_array(raw, position, UINT32)
         return new, position
 
 
@@ -696,7 +671,10 @@ class FusionType(Message):
 
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
-        new.fusion_type = self.fusion_type
+        try:
+            new.fusion_type = self.fusion_type
+        except (AttributeError, TypeError, InterfaceError) as error:
+            raise misfit(self, error) from error
         return new
 
     def encode_into(self, out: bytearray) -> None:

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset_ros.errors import InterfaceError
-from sunset_ros.interfaces._check import *
 from sunset_ros.interfaces._codec import *
 from sunset_ros.interfaces._message import *
+from sunset_ros.interfaces._serialization import *
 from sunset_ros.interfaces._values import *
 
 __all__ = [
@@ -46,7 +46,10 @@ class Redeploy(Service):
 
         def copy(self) -> Self:
             new = object.__new__(self.__class__)
-            new.node = self.node
+            try:
+                new.node = self.node
+            except (AttributeError, TypeError, InterfaceError) as error:
+                raise misfit(self, error) from error
             return new
 
         def encode_into(self, out: bytearray) -> None:
@@ -82,8 +85,11 @@ class Redeploy(Service):
 
         def copy(self) -> Self:
             new = object.__new__(self.__class__)
-            new.success = self.success
-            new.message = self.message
+            try:
+                new.success = self.success
+                new.message = self.message
+            except (AttributeError, TypeError, InterfaceError) as error:
+                raise misfit(self, error) from error
             return new
 
         def encode_into(self, out: bytearray) -> None:

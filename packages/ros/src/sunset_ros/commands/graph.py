@@ -2,11 +2,11 @@
 
 import argparse
 
+from sunset_ros._node_graph import TOPIC_KINDS
 from sunset_ros.commands.session import NotThereError, Session, absolute, hidden, session
 from sunset_ros.rmw.core.port import EndpointInfo, EndpointKind
 from sunset_ros.rmw.core.qos import HistoryPolicy
 
-_TOPIC_KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 _SECTIONS = {
     "Subscribers": EndpointKind.SUBSCRIPTION,
     "Publishers": EndpointKind.PUBLISHER,
@@ -39,7 +39,7 @@ def node_info(arguments: argparse.Namespace) -> None:
 def topic_list(arguments: argparse.Namespace) -> None:
     """Print the names of all topics."""
     with session(arguments) as graph:
-        _print_list(graph, arguments, *_TOPIC_KINDS)
+        _print_list(graph, arguments, *TOPIC_KINDS)
 
 
 def service_list(arguments: argparse.Namespace) -> None:
@@ -53,12 +53,12 @@ def topic_info(arguments: argparse.Namespace) -> None:
     topic = absolute(arguments.topic)
     with session(arguments) as graph:
         graph.look_around()
-        infos = graph.endpoints(topic, _TOPIC_KINDS)
+        infos = graph.endpoints(topic, TOPIC_KINDS)
     if not infos:
         raise NotThereError(f"Unknown topic {topic!r}.")
     end = "\n\n" if arguments.verbose else "\n"
     print(f"Type: {', '.join(sorted({info.type_name for info in infos}))}", end=end)
-    for title, kind in zip(("Publisher", "Subscription"), _TOPIC_KINDS, strict=True):
+    for title, kind in zip(("Publisher", "Subscription"), TOPIC_KINDS, strict=True):
         chosen = [info for info in infos if info.kind is kind]
         print(f"{title} count: {len(chosen)}", end=end)
         if arguments.verbose:

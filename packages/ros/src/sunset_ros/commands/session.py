@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
+from sunset_ros._node_graph import names_and_types
 from sunset_ros.context import Context
 from sunset_ros.executors import SingleThreadedExecutor
 from sunset_ros.interfaces import Message, Service
@@ -89,11 +90,11 @@ class Session:
 
     def names_and_types(self, *kinds: EndpointKind, node: str = "") -> dict[str, list[str]]:
         """Return name → types of all endpoints of some kinds, or those of one node, sorted."""
-        types: dict[str, set[str]] = {}
-        for info in self.endpoints(kinds=kinds):
-            if not node or qualified_name(info.node_namespace, info.node_name) == node:
-                types.setdefault(info.name, set()).add(info.type_name)
-        return {name: sorted(types[name]) for name in sorted(types)}
+        return names_and_types(
+            info
+            for info in self.endpoints(kinds=kinds)
+            if not node or qualified_name(info.node_namespace, info.node_name) == node
+        )
 
     # Waiting
 

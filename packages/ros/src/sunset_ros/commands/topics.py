@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from itertools import pairwise
 from statistics import fmean, pstdev
+from typing import Final
 
 from sunset_ros.commands.messages import message_to_yaml
 from sunset_ros.commands.session import Session, absolute, session
@@ -14,7 +15,9 @@ from sunset_ros.interfaces import Message, get_message
 from sunset_ros.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sunset_ros.rmw.core.port import EndpointInfo, EndpointKind
 
-_REPORT_S = 1.0
+_REPORT_S: Final = 1.0
+_WINDOW: Final = 10_000
+"""Messages over which the rate is averaged."""
 
 
 def topic_echo(arguments: argparse.Namespace) -> None:
@@ -25,9 +28,7 @@ def topic_echo(arguments: argparse.Namespace) -> None:
         while True:
             graph.spin_once()
             while messages:  # printed here, since what a callback raises is taken for a fault of the node
-                text = message_to_yaml(
-                    messages.pop(0), arrays=not arguments.no_arr, whole=arguments.full_length
-                )
+                text = message_to_yaml(messages.pop(0), arrays=not arguments.no_arr)
                 print(f"{text}---", flush=True)
                 if arguments.once:
                     return
@@ -36,7 +37,7 @@ def topic_echo(arguments: argparse.Namespace) -> None:
 def topic_hz(arguments: argparse.Namespace) -> None:
     """Print every second how often messages come on a topic, until Ctrl-C."""
     with suppress(KeyboardInterrupt), session(arguments) as graph:
-        times: deque[float] = deque(maxlen=arguments.window + 1)
+        times: deque[float] = deque(maxlen=_WINDOW + 1)
         _subscribe(graph, arguments.topic, lambda _: times.append(graph.now_s))
         printed = None
         due_s = graph.now_s + _REPORT_S
@@ -51,10 +52,7 @@ def topic_hz(arguments: argparse.Namespace) -> None:
 
 
 def rate_text(times: Iterable[float]) -> str:
-    r"""Return how often messages came, as `ros2 topic hz` says it.
-
-    Args:
-        times: when messages came, in seconds, at least two, increasing.
+    r"""Return how often messages came, as `ros2 topic hz` says it, from at least two increasing times in seconds.
 
     >>> rate_text([1.0, 1.1, 1.2])
     'average rate: 10.000\n\tmin: 0.100s max: 0.100s std dev: 0.00000s window: 3'

@@ -13,14 +13,7 @@ from typing import Final
 from sunset_ros.errors import InterfaceError
 
 NUMERIC: Final = (
-    "int8",
-    "uint8",
-    "int16",
-    "uint16",
-    "int32",
-    "uint32",
-    "int64",
-    "uint64",
+    *(f"{sign}int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "u")),
     "float32",
     "float64",
 )

@@ -7,11 +7,9 @@ from typing import Final
 from sunset_ros.generator.classes import Structs, class_text
 from sunset_ros.generator.definitions import Definition, parse_message, parse_service
 
-__all__ = ["generate"]
-
 _WORDS: Final = {"msg": "messages", "srv": "services"}
 _LIBRARY: Final = "sunset_ros.interfaces"
-_HELPERS: Final = "_check", "_codec", "_message", "_values"
+_HELPERS: Final = "_codec", "_message", "_serialization", "_values"
 """The modules that generated code is made of."""
 
 
@@ -65,7 +63,8 @@ def _module(package: str, kind: str, files: Sequence[Path], homes: Mapping[str, 
         _imports(f"{package}/{kind}", definitions, homes),
         f"__all__ = [\n{exports}]\n",
     ]
-    return "\n".join([*head, *structs.lines(), "", code])
+    packed = [f'{name} = Struct("<{letters}")' for letters, name in structs.items()]
+    return "\n".join([*head, *packed, *([""] if packed else []), "", code])
 
 
 def _service(name: str, parts: tuple[Definition, Definition], structs: Structs) -> str:

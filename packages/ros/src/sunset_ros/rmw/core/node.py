@@ -26,11 +26,6 @@ from sunset_ros.rmw.core.qos import QoSProfile
 class Middleware(ABC):
     """One process on the network."""
 
-    @property
-    @abstractmethod
-    def describes_types(self) -> bool:
-        """Whether its nodes offer descriptions of their types, as in ROS 2 since Jazzy."""
-
     @abstractmethod
     def now_ns(self) -> int:
         """Return the time of the system clock, in nanoseconds since its epoch."""

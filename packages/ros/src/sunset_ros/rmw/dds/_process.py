@@ -82,10 +82,6 @@ class CycloneDDS(DdsHost):
 
     # The port
 
-    @property
-    def describes_types(self) -> bool:
-        return self.link.announces_hashes
-
     def create_node(self, name: str, namespace: str) -> NodeHandle:
         node = NodeHandle(self, self._parts, name, namespace)
         self._nodes[node] = None

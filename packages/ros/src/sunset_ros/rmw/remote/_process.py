@@ -65,7 +65,6 @@ class RemoteProcess(RemoteHost):
         pipe: the connection to the gateway.
         main: makes the nodes.
         describe: describes an exception of `main` or a callback as the end of a sentence.
-        describes_types: whether its nodes offer descriptions of their types, as live nodes do.
     """
 
     def __init__(
@@ -73,13 +72,10 @@ class RemoteProcess(RemoteHost):
         pipe: Pipe,
         main: "Callable[[RemoteProcess], None]",
         describe: Callable[[BaseException], str] = describe_error,
-        *,
-        describes_types: bool = False,
     ) -> None:
         self.handlers = {0: lambda _: main(self)}
         self._pipe = pipe
         self._describe = describe
-        self._describes_types = describes_types
         self._statements: list[Statement] = []
         self._size = 0
         self._numbers = count(1)
@@ -190,10 +186,6 @@ class RemoteProcess(RemoteHost):
         self.request(Defer(subscription.number))
 
     # The port
-
-    @property
-    def describes_types(self) -> bool:
-        return self._describes_types
 
     def now_ns(self) -> int:
         """The time of the network; constant during a callback."""

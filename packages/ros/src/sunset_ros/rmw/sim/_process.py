@@ -168,10 +168,6 @@ class SimProcess(SimHost):
 
     # The port
 
-    @property
-    def describes_types(self) -> bool:
-        return False  # all processes of a simulation know all types
-
     def now_ns(self) -> int:
         """Virtual time: nanoseconds since the simulation began; constant during a callback."""
         return self.network.scheduler.now

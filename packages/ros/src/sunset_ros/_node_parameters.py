@@ -49,6 +49,8 @@ class Changes:
 class NodeParameters:
     """Parameter methods of `Node`, as in rclpy.
 
+    Those that take names raise a `ParameterNotDeclaredException` if a parameter is not declared and must be.
+
     Args:
         node: fully qualified name of the node, for errors.
         overrides: values that win over the defaults of declarations; of one name, the last.
@@ -146,7 +148,6 @@ class NodeParameters:
         """Remove a parameter.
 
         Raises:
-            ParameterNotDeclaredException: it is not declared.
             ParameterImmutableException: it is read-only.
         """
         self._check_parameters_declared([name])
@@ -162,7 +163,6 @@ class NodeParameters:
         """Return a parameter.
 
         Raises:
-            ParameterNotDeclaredException: it is not declared.
             ParameterUninitializedException: it has a fixed type and was never set.
         """
         if name not in self._parameters and self._allow_undeclared_parameters:
@@ -207,11 +207,7 @@ class NodeParameters:
         return ListParametersResult(names=names, prefixes=list(found))
 
     def get_parameter_type(self, name: str) -> Parameter.Type:
-        """Return the type of a parameter's value.
-
-        Raises:
-            ParameterNotDeclaredException: it is not declared.
-        """
+        """Return the type of a parameter's value."""
         self._check_parameters_declared([name])
         parameter = self._parameters.get(name)
         return Parameter.Type.NOT_SET if parameter is None else parameter.type_
@@ -221,11 +217,7 @@ class NodeParameters:
         return [self.get_parameter_type(name) for name in names]
 
     def describe_parameter(self, name: str) -> ParameterDescriptor:
-        """Return a parameter's descriptor.
-
-        Raises:
-            ParameterNotDeclaredException: it is not declared.
-        """
+        """Return a parameter's descriptor."""
         if name not in self._descriptors and self._allow_undeclared_parameters:
             return ParameterDescriptor(name=name, dynamic_typing=True)
         if name not in self._descriptors:
@@ -240,7 +232,6 @@ class NodeParameters:
         """Change a parameter's descriptor, and return its value.
 
         Raises:
-            ParameterNotDeclaredException: it is not declared.
             ParameterImmutableException: it is read-only.
             InvalidParameterValueException: its value would not be admitted.
         """
@@ -258,19 +249,11 @@ class NodeParameters:
         return self._parameters[name].get_parameter_value()
 
     def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
-        """Set parameters individually, and return their results.
-
-        Raises:
-            ParameterNotDeclaredException: a parameter is not declared; earlier parameters are set.
-        """
+        """Set parameters individually, and return their results."""
         return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Set all of some parameters, or none.
-
-        Raises:
-            ParameterNotDeclaredException: a parameter is not declared.
-        """
+        """Set all of some parameters, or none."""
         self._check_parameters_declared(parameter.name for parameter in parameter_list)
         reason = self._store_parameters(list(parameter_list), declaring=False)
         return SetParametersResult(successful=reason is None, reason=shorten(reason or ""))

@@ -4,14 +4,13 @@ from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Self, TypeVar
 
-from sunset_ros._callbacks import callback_name, drive
 from sunset_ros.context import Context, get_default_context
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.exceptions import NotInitializedException
 from sunset_ros.node import Node
 from sunset_ros.rmw.core.node import Middleware
 from sunset_ros.signals import SignalHandlerOptions, install_signal_handlers
-from sunset_ros.task import Future
+from sunset_ros.task import Future, callback_name, drive
 
 T = TypeVar("T")
 
@@ -144,13 +143,8 @@ def init(
 ) -> None:
     """Join the network: see `Context.init` for the arguments and errors.
 
-    Args:
-        args: the command line.
-        context: the process; the default context if None.
-        domain_id: the domain of the live middleware.
-        signal_handler_options: which signals shut the context down; all if None, but none for a context or a
-            middleware that is given.
-        middleware: the middleware, such as a process of a simulation.
+    `signal_handler_options` say which signals shut the context down; by default all, but none for a context or a
+    middleware that is given.
     """
     (context or get_default_context()).init(args, domain_id=domain_id, middleware=middleware)
     if signal_handler_options is None:
@@ -160,11 +154,7 @@ def init(
 
 
 def shutdown(*, context: Context | None = None) -> None:
-    """Leave the network; from inside a callback, once the messages of that callback are sent.
-
-    Raises:
-        NotInitializedException: the context is not initialised, or was shut down.
-    """
+    """Leave the network; see `Context.shutdown`."""
     (context or get_default_context()).shutdown()
 
 
@@ -184,11 +174,7 @@ def create_node(node_name: str, **options: Any) -> Node:
 
 
 def spin(node: Node, executor: SingleThreadedExecutor | None = None) -> None:
-    """Run the callbacks of a node until its context is shut down.
-
-    Raises:
-        CallbackError: a callback raised.
-    """
+    """Run the callbacks of a node until its context is shut down; see `SingleThreadedExecutor.spin`."""
     with _executor_of(node, executor) as executing:
         executing.spin()
 
@@ -196,12 +182,7 @@ def spin(node: Node, executor: SingleThreadedExecutor | None = None) -> None:
 def spin_once(
     node: Node, *, executor: SingleThreadedExecutor | None = None, timeout_sec: float | None = None
 ) -> None:
-    """Wait for a callback of a node and run it.
-
-    Raises:
-        CallbackError: the callback raised.
-        MiddlewareError: this is a callback itself.
-    """
+    """Wait for a callback of a node and run it; see `SingleThreadedExecutor.spin_once`."""
     with _executor_of(node, executor) as executing:
         executing.spin_once(timeout_sec)
 
@@ -212,11 +193,7 @@ def spin_until_future_complete(
     executor: SingleThreadedExecutor | None = None,
     timeout_sec: float | None = None,
 ) -> None:
-    """Run the callbacks of a node until a future is done, its context is shut down, or time is over.
-
-    Raises:
-        CallbackError: a callback raised.
-    """
+    """Run the callbacks of a node until a future is done, its context is shut down, or time is over."""
     with _executor_of(node, executor) as executing:
         executing.spin_until_future_complete(future, timeout_sec)
 

@@ -1,13 +1,12 @@
 """Nodes, as in `rclpy.node`."""
 
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar, cast
 
-from sunset_ros._callbacks import callback_name, driven
 from sunset_ros._node_graph import NodeGraph
 from sunset_ros._node_parameters import Changes, NodeParameters
 from sunset_ros._parameter_services import parameter_services
-from sunset_ros._rosout import NodeLogSink
 from sunset_ros.arguments import Arguments, find_overrides
 from sunset_ros.callback_groups import CallbackGroup
 from sunset_ros.client import AnyClient, Client
@@ -32,6 +31,7 @@ from sunset_ros.rmw.core.port import EndpointKind
 from sunset_ros.rmw.core.qos import QoSProfile, incompatibility
 from sunset_ros.service import Service
 from sunset_ros.subscription import AnySubscription, Subscription
+from sunset_ros.task import callback_name, driven
 from sunset_ros.timer import Timer
 
 __all__ = ["Node", "NodeNameNonExistentError"]
@@ -42,6 +42,9 @@ PartT = TypeVar("PartT", AnyPublisher, AnySubscription, AnyClient, Service, Time
 
 class Node(NodeParameters, NodeGraph):
     """A participant of the graph.
+
+    Methods that take a name of a topic or service raise `InvalidTopicNameException` or `InvalidServiceNameException`
+    if it breaks the rules.
 
     Args:
         node_name: its name; the command line may replace it (`-r __node:=`).
@@ -183,11 +186,7 @@ class Node(NodeParameters, NodeGraph):
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
         publisher_class: type[AnyPublisher] = Publisher,
     ) -> Publisher[MessageT]:
-        """Make a publisher on a topic; a whole number as QoS keeps the last so many messages.
-
-        Raises:
-            InvalidTopicNameException: the name breaks the rules.
-        """
+        """Make a publisher on a topic; a whole number as QoS keeps the last so many messages."""
         name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
         self._warn_of_mismatch(name, EndpointKind.PUBLISHER, qos)
         handle = self.handle.create_publisher(msg_type, name, qos)
@@ -204,11 +203,7 @@ class Node(NodeParameters, NodeGraph):
         *,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
     ) -> Subscription[MessageT]:
-        """Call `callback(message)` for the messages on a topic; at most the QoS depth of them wait.
-
-        Raises:
-            InvalidTopicNameException: the name breaks the rules.
-        """
+        """Call `callback(message)` for the messages on a topic; at most the QoS depth of them wait."""
         name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
         self._warn_of_mismatch(name, EndpointKind.SUBSCRIPTION, qos)
         label = f"{callback_name(callback)} (subscription of {name})"
@@ -225,11 +220,7 @@ class Node(NodeParameters, NodeGraph):
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
     ) -> AnyClient:
-        """Make a client of a service.
-
-        Raises:
-            InvalidServiceNameException: the name breaks the rules.
-        """
+        """Make a client of a service."""
         name = self.resolve_service_name(srv_name)
         client: AnyClient = Client(self.handle, srv_type, name, qos_profile)
         self._clients.append(client)
@@ -244,11 +235,7 @@ class Node(NodeParameters, NodeGraph):
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
     ) -> Service:
-        """Answer requests with the result of `callback(request, response)`, which may be a coroutine function.
-
-        Raises:
-            InvalidServiceNameException: the name breaks the rules.
-        """
+        """Answer requests with the result of `callback(request, response)`, which may be a coroutine function."""
         name = self.resolve_service_name(srv_name)
         label = f"{callback_name(callback)} (service {name})"
         service = Service(self.handle, srv_type, name, callback, qos_profile, label=label)
@@ -313,7 +300,7 @@ class Node(NodeParameters, NodeGraph):
         arguments = self.context.arguments
         if enable_rosout and arguments.log_to_rosout:
             rosout = self.create_publisher(Log, "/rosout", qos_profile_rosout_default)
-        self._log_sink = sink = NodeLogSink(self.context, self._clock, rosout)
+        self._log_sink = sink = _LogSink(self.context, self._clock, rosout)
         name = self.get_fully_qualified_name().lstrip("/").replace("/", ".")
         return Logger(name, sink, arguments.log_level or LoggingSeverity.INFO)
 
@@ -353,6 +340,36 @@ class Node(NodeParameters, NodeGraph):
                     deleted_parameters=deleted,
                 )
             )
+
+
+class _LogSink:
+    """Sends a node's log messages to /rosout, and to stderr if the context says so."""
+
+    def __init__(self, context: Context, clock: Clock, rosout: Publisher[Log] | None) -> None:
+        self._context = context
+        self._clock = clock
+        self._rosout = rosout
+        self._written: set[tuple[int, str, str]] = set()
+
+    def now_ns(self) -> int:
+        """Return the time by which messages are throttled, which no node can set."""
+        return self._context.middleware.steady_ns()
+
+    def leave(self) -> None:
+        """Send to /rosout no more: the node has left the graph."""
+        self._rosout = None
+
+    def write(self, message: Log) -> None:
+        """Send a message; once the context is shut down, to stderr only."""
+        if self._rosout is not None and self._context.ok():
+            message.stamp = self._clock.now().to_msg()
+            self._rosout.publish(message)
+        line = (message.level, message.name, message.msg)
+        if self._context.arguments.log_to_stderr and line not in self._written:
+            if self._context.log_once:
+                self._written.add(line)
+            severity, seconds = LoggingSeverity(message.level).name, self._clock.now_ns() / 1e9
+            sys.stderr.write(f"[{severity}] [{seconds:.9f}] [{message.name}]: {message.msg}\n")
 
 
 def _destroy(part: PartT, parts: list[PartT]) -> bool:

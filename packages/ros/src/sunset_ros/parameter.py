@@ -175,6 +175,16 @@ def parameter_value_to_python(parameter_value: ParameterValue) -> Value:
     return _normalised(kind, getattr(parameter_value, _field(kind)))
 
 
+def scalar_of(parameter_value: ParameterValue) -> bool | int | float | str | None:
+    """Return the Python value of a message; None for a list, and for an unset value.
+
+    >>> scalar_of(ParameterValue(type=3, double_value=0.5)), scalar_of(ParameterValue(type=9, string_array_value=["a"]))
+    (0.5, None)
+    """
+    number = parameter_value.type
+    return getattr(parameter_value, _field(Parameter.Type(number))) if number in _SCALARS else None
+
+
 def _field(kind: Parameter.Type) -> str:
     """Return the field of `ParameterValue` that holds a value of a type, such as `bool_array_value`."""
     return f"{kind.name.lower()}_value"

@@ -288,7 +288,7 @@ def _default(member: Field) -> str:
     if kind.is_array and kind.size is None:
         return f"empty({kind.base.upper()})" if kind.is_numpy else "[]"
     if kind.is_numpy:
-        return f"zeros({kind.base.upper()}, {kind.size})"
+        return f"np.zeros({kind.size}, {kind.base.upper()})"
     if kind.is_array:
         return f"[{_default_element(kind)} for _ in range({kind.size})]"
     return _default_element(kind)

@@ -22,6 +22,9 @@ NUMERIC: Final = (
 PRIMITIVES: Final = (*NUMERIC, "bool", "byte", "string")
 """All primitive types that a field may have after `char` was read as `uint8`."""
 
+PARTS: Final = ("Request", "Response")
+"""The messages of a service."""
+
 DUMMY_FIELD: Final = "structure_needs_at_least_one_member"
 """The name of the octet in a message without fields."""
 
@@ -151,28 +154,16 @@ def parse_message(text: str, name: str) -> Definition:
     return Definition(name, tuple(constants), tuple(fields))
 
 
-def parse_service(text: str, name: str) -> tuple[Definition, Definition]:
-    """Return the definitions of request and response in the text of a .srv file, by the service's full name.
-
-    Raises:
-        InterfaceError: the text does not have two parts, or a part is malformed.
-    """
-    request, response = split_service(text, name)
-    return parse_message(request, f"{name}_Request"), parse_message(response, f"{name}_Response")
-
-
 def split_service(text: str, name: str) -> tuple[str, str]:
     """Return the texts of request and response in the text of a .srv file, which a line of three dashes separates.
 
     Raises:
         InterfaceError: the text does not have two parts.
     """
-    parts = re.split(r"^---[ \t]*(?:\n|\Z)", text, flags=re.MULTILINE)
-    if len(parts) != 2:  # noqa: PLR2004  a service has two parts
-        raise InterfaceError(
-            f"{name} needs one line '---' between request and response, got {len(parts) - 1}."
-        )
-    return parts[0], parts[1]
+    request, *others = re.split(r"^---[ \t]*(?:\n|\Z)", text, flags=re.MULTILINE)
+    if len(others) != 1:
+        raise InterfaceError(f"{name} needs one line '---' between request and response, got {len(others)}.")
+    return request, others[0]
 
 
 def _without_comment(line: str) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset_ros.generator.classes import Structs, class_text
-from sunset_ros.generator.definitions import Definition, parse_message, parse_service
+from sunset_ros.generator.definitions import PARTS, Definition, parse_message, split_service
 
 _WORDS: Final = {"msg": "messages", "srv": "services"}
 _LIBRARY: Final = "sunset_ros.interfaces"
@@ -53,7 +53,8 @@ def _module(package: str, kind: str, files: Sequence[Path], homes: Mapping[str, 
     else:
         for path in files:
             name = f"{package}/srv/{path.stem}"
-            parts = parse_service(path.read_text(encoding="utf-8"), name)
+            texts = split_service(path.read_text(encoding="utf-8"), name)
+            parts = [parse_message(text, f"{name}_{part}") for text, part in zip(texts, PARTS, strict=True)]
             definitions += parts
             bodies.append(_service(name, parts, structs))
     code = "\n\n".join(bodies)
@@ -67,7 +68,7 @@ def _module(package: str, kind: str, files: Sequence[Path], homes: Mapping[str, 
     return "\n".join([*head, *packed, *([""] if packed else []), "", code])
 
 
-def _service(name: str, parts: tuple[Definition, Definition], structs: Structs) -> str:
+def _service(name: str, parts: Sequence[Definition], structs: Structs) -> str:
     lines = [
         f"class {name.rpartition('/')[2]}(Service):",
         f'    """{name}."""',
@@ -75,7 +76,7 @@ def _service(name: str, parts: tuple[Definition, Definition], structs: Structs) 
         "    __slots__ = ()",
         f'    __ros_name__ = "{name}"',
     ]
-    for part, short in zip(parts, ("Request", "Response"), strict=True):
+    for part, short in zip(parts, PARTS, strict=True):
         lines.append("")
         text = class_text(part, structs, short)
         lines.extend(f"    {line}" if line else "" for line in text.splitlines())

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset_ros.errors import InterfaceError
-from sunset_ros.generator.definitions import DUMMY_FIELD, NUMERIC, FieldType, parse_type, split_service
+from sunset_ros.generator.definitions import DUMMY_FIELD, NUMERIC, PARTS, FieldType, parse_type, split_service
 from sunset_ros.interfaces._message import Message, Service
 
 _FOLDER: Final = Path(__file__).parent
@@ -23,7 +23,6 @@ _TYPE_IDS: Final = dict(zip(NUMERIC, count(2), strict=False)) | {"bool": 15, "by
 _ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
 """Offsets of an element's id; all ids are from type_description_interfaces/msg/FieldType."""
 
-_PARTS: Final = ("Request", "Response")
 _EVENT: Final = "Event"
 """The third message of a service in ROS 2, which introspection publishes."""
 _RULE: Final = "=" * 80
@@ -53,7 +52,7 @@ def get_message(name: str) -> type[Message]:
     'Image'
     """
     service, _, part = name.rpartition("_")
-    if part in _PARTS and "/srv/" in service:
+    if part in PARTS and "/srv/" in service:
         kind: object = getattr(get_service(service), part)
     else:
         kind = _find(name, "msg")
@@ -136,12 +135,12 @@ def _referenced(name: str) -> Iterator[str]:
 def _fields(name: str) -> dict[str, FieldType]:
     """Return the fields of a message, of a service (request, response and event), or of its event."""
     service, _, part = name.rpartition("_")
-    if "/srv/" not in name or part in _PARTS:
+    if "/srv/" not in name or part in PARTS:
         return field_types(get_message(name))
     if part == _EVENT:
-        parts = {one.lower(): FieldType(f"{service}_{one}", is_array=True, limit=1) for one in _PARTS}
+        parts = {one.lower(): FieldType(f"{service}_{one}", is_array=True, limit=1) for one in PARTS}
         return {"info": FieldType("service_msgs/msg/ServiceEventInfo"), **parts}
-    return {f"{one.lower()}_message": FieldType(f"{name}_{one}") for one in (*_PARTS, _EVENT)}
+    return {f"{one.lower()}_message": FieldType(f"{name}_{one}") for one in (*PARTS, _EVENT)}
 
 
 def _description(name: str) -> dict[str, object]:
@@ -185,4 +184,4 @@ def _definition_text(name: str) -> str:
     if kind == "msg":
         return folder.joinpath(f"{short}.msg").read_text("utf-8")
     service, _, part = short.rpartition("_")
-    return split_service(folder.joinpath(f"{service}.srv").read_text("utf-8"), name)[_PARTS.index(part)]
+    return split_service(folder.joinpath(f"{service}.srv").read_text("utf-8"), name)[PARTS.index(part)]

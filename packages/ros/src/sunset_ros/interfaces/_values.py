@@ -38,11 +38,6 @@ def empty(dtype: np.dtype[_T]) -> npt.NDArray[_T]:
     return cast("npt.NDArray[_T]", found)
 
 
-def zeros(dtype: np.dtype[_T], size: int) -> npt.NDArray[_T]:
-    """Return a new array of `size` zeros."""
-    return np.zeros(size, dtype)
-
-
 def array_of(value: npt.ArrayLike, dtype: np.dtype[_T]) -> npt.NDArray[_T]:
     """Return `value` as a contiguous array (N,) of `dtype`: itself if it fits, else a converted copy."""
     if isinstance(value, np.ndarray):
@@ -52,20 +47,16 @@ def array_of(value: npt.ArrayLike, dtype: np.dtype[_T]) -> npt.NDArray[_T]:
     elif isinstance(value, bytes | bytearray | memoryview) and dtype == UINT8:
         return np.frombuffer(value, dtype)
     else:
-        array = _from_sequence(value, dtype)
+        try:
+            array = np.asarray(value)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise InterfaceError(f"Expected a sequence of {dtype} values: {error}.") from error
     if array.ndim != 1:
         raise InterfaceError(f"Expected a one-dimensional array of {dtype}, got one of shape {array.shape}.")
     if not array.size:
         return empty(dtype)
     _check_numbers(array, dtype)
     return np.ascontiguousarray(array, dtype)
-
-
-def _from_sequence(value: npt.ArrayLike, dtype: np.dtype[_T]) -> npt.NDArray[np.generic]:
-    try:
-        return np.asarray(value)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InterfaceError(f"Expected a sequence of {dtype} values: {error}.") from error
 
 
 def _check_numbers(array: npt.NDArray[np.number], dtype: np.dtype[_T]) -> None:

@@ -3,7 +3,6 @@
 from collections.abc import Awaitable
 from typing import Any, Final, TypeVar
 
-from sunset_ros._callbacks import callback_name
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.interfaces import Message
 from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent
@@ -29,6 +28,7 @@ from sunset_ros.qos import qos_profile_services_default
 from sunset_ros.rmw.core.port import CallbackError, RequestId
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.service import Service
+from sunset_ros.task import callback_name
 
 MessageT = TypeVar("MessageT", bound=Message)
 
@@ -130,11 +130,7 @@ class LifecycleNode(Node):
     def create_lifecycle_publisher(
         self, msg_type: type[MessageT], topic: str, qos_profile: QoSProfile | int
     ) -> LifecyclePublisher[MessageT]:
-        """Make a publisher that sends only while this node is active.
-
-        Raises:
-            InvalidTopicNameException: the name breaks the rules.
-        """
+        """Make a publisher that sends only while this node is active."""
         publisher = self.create_publisher(msg_type, topic, qos_profile, publisher_class=LifecyclePublisher)
         assert isinstance(publisher, LifecyclePublisher)  # noqa: S101  as asked
         self.add_managed_entity(publisher)

@@ -6,8 +6,8 @@ from sunset_ros.generator.definitions import (
     Field,
     FieldType,
     parse_message,
-    split_service,
     parse_type,
+    split_service,
 )
 
 

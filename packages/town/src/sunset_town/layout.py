@@ -38,21 +38,11 @@ CLOSED: Final = 0.45
 """Share of such a street's stretches that are closed, where their junctions allow it."""
 
 
-class BlockKind(Enum):
-    """The use of a block between streets."""
-
-    TOWERS = "towers"
-    PERIMETER = "perimeter"
-    HOUSES = "houses"
-    PARK = "park"
-    PLAZA = "plaza"
-    PARKING = "parking"
-    INDUSTRY = "industry"
-    SITE = "site"
-    RIVERBANK = "riverbank"
-    RAILSIDE = "railside"
-    SPORT = "sport"
-    ALLOTMENTS = "allotments"
+BlockKind = Enum(
+    "BlockKind",
+    "TOWERS PERIMETER HOUSES PARK PLAZA PARKING INDUSTRY SITE RIVERBANK RAILSIDE SPORT ALLOTMENTS",
+)
+"""The use of a block between streets."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,17 +12,65 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset_town.camera import Pose, pixel_width, rays
-from sunset_town.facades import Surfaces, finish_solids
-from sunset_town.frame import CARLA_IDS, DEPTH_RANGE_M, FRAME_SIZE, Frame, Ids, Indices, Reals
+from sunset_town.frame import CARLA_IDS, DEPTH_RANGE_M, FRAME_SIZE, Frame, Ids, Indices, Points, Reals
 from sunset_town.ground import SURFACE_LABELS
 from sunset_town.layout import EXTENT_M
 from sunset_town.light import Light, Seen, light, shade
 from sunset_town.meshes import Material
 from sunset_town.seeding import generator
-from sunset_town.textures import ground_look
+from sunset_town.textures import Surfaces, finish_solids, ground_look
 from sunset_town.town import Solid, Town
 from sunset_town.vectors import dot, pick, put, zeros
+
+FIELD_OF_VIEW_DEG: Final = 90.0
+"""Horizontal angle of view in degrees."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """The place and direction of a camera."""
+
+    x: float  #: east of the town's centre in metres
+    y: float  #: north of it in metres
+    z: float  #: height above the ground in metres
+    heading: float  #: direction of view in radians, anticlockwise from east
+    pitch: float  #: angle of view below the horizon in radians, in [0, π/2]
+    roll: float = 0.0  #: turn about the line of sight in radians
+
+    def axes(self) -> Points:
+        """Return the unit vectors right, down and forward (3, 3) in world coordinates."""
+        ch, sh, cp, sp = np.cos(self.heading), np.sin(self.heading), np.cos(self.pitch), np.sin(self.pitch)
+        forward = np.array([ch * cp, sh * cp, -sp])
+        right = np.array([sh, -ch, 0.0])
+        down = np.array([-ch * sp, -sh * sp, -cp])
+        cr, sr = np.cos(self.roll), np.sin(self.roll)
+        return np.stack([right * cr + down * sr, down * cr - right * sr, forward])
+
+
+def pixel_width(width: int) -> float:
+    """Return the distance of neighbouring pixels' rays at distance 1, in pictures `width` pixels wide."""
+    return float(2 * np.tan(np.radians(FIELD_OF_VIEW_DEG) / 2) / width)
+
+
+def rays(pose: Pose, size: tuple[int, int]) -> Reals:
+    """Return the directions (H·W + (H+1)·(W+1), 3) of the rays of a frame of H rows and W columns of pixels.
+
+    Rays through pixel centres come first, then rays through pixel corners, both row by row. A direction's component
+    along the line of sight is 1, so that a distance in units of the direction is the planar depth.
+    """
+    height, width = size
+    scale = pixel_width(width)
+    axes = pose.axes()
+    parts = []
+    for extra, shift in ((0, 0.5), (1, 0.0)):
+        x = (np.arange(width + extra) + shift - width / 2) * scale
+        y = (np.arange(height + extra) + shift - height / 2) * scale
+        grid = np.empty((3, height + extra, width + extra), dtype=np.float32)
+        for axis, (right, down, forward) in enumerate(axes.T):
+            grid[axis] = forward + x * right + y[:, None] * down
+        parts.append(grid.reshape(3, -1))
+    return np.concatenate(parts, axis=1).T
+
 
 RENDER_VERSION: Final = 2
 """Increases whenever a rendered byte changes."""

@@ -7,14 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset_town.errors import MissingEmbreeError
-from sunset_town.fill import fill_blocks, plant_country
+from sunset_town.fill import fill_blocks, furnish_railway, furnish_streets, plant_country
 from sunset_town.frame import Flags, Ids, Indices, Reals
 from sunset_town.furnish import Builder
 from sunset_town.ground import Ground
 from sunset_town.layout import TownPlan, plan_town
 from sunset_town.meshes import Mesh, join
 from sunset_town.paving import paint_ground
-from sunset_town.roadside import furnish_railway, furnish_streets
 from sunset_town.terrain import Terrain, make_terrain
 from sunset_town.traffic import Traffic, make_traffic
 

@@ -46,17 +46,11 @@ _TOPIC: Final = (
 
 @dataclass(frozen=True, slots=True)
 class RemapRule:
-    """Replaces a name by another.
+    """Replaces a name by another."""
 
-    Attributes:
-        source: the replaced name: a topic or service name, `__node` or `__ns`.
-        target: the new name.
-        node: the only node to which it applies, by its name without namespace; None for all.
-    """
-
-    source: str
-    target: str
-    node: str | None = None
+    source: str  #: the replaced name: a topic or service name, `__node` or `__ns`
+    target: str  #: the new name
+    node: str | None = None  #: the only node to which it applies, by its name without namespace; None for all
 
 
 def validate_node_name(node_name: str) -> None:

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar
 
 from sunset_ros._node_graph import NodeGraph
 from sunset_ros._node_parameters import Changes, NodeParameters
@@ -37,7 +37,7 @@ from sunset_ros.timer import Timer
 __all__ = ["Node", "NodeNameNonExistentError"]
 
 MessageT = TypeVar("MessageT", bound=Message)
-PartT = TypeVar("PartT", AnyPublisher, AnySubscription, AnyClient, Service, Timer)
+Part: TypeAlias = AnyPublisher | AnySubscription | AnyClient | Service | Timer
 
 
 class Node(NodeParameters, NodeGraph):
@@ -90,11 +90,7 @@ class Node(NodeParameters, NodeGraph):
         self._rules = [rule for each in arguments for rule in each.remaps]
         name, namespace = rename_node(node_name, namespace or "/", self._rules)
         self.handle = self._middleware.create_node(name, namespace)
-        self._publishers: list[AnyPublisher] = []
-        self._subscriptions: list[AnySubscription] = []
-        self._clients: list[AnyClient] = []
-        self._services: list[Service] = []
-        self._timers: list[Timer] = []
+        self._parts: dict[Part, None] = {}  # by age
         self.default_callback_group = CallbackGroup()
         self._clock = ROSClock(context=self.context)
         self._logger = self._make_logger(enable_rosout)
@@ -123,27 +119,27 @@ class Node(NodeParameters, NodeGraph):
     @property
     def publishers(self) -> Iterator[AnyPublisher]:
         """Its publishers."""
-        return iter(self._publishers)
+        return (part for part in self._parts if isinstance(part, Publisher))
 
     @property
     def subscriptions(self) -> Iterator[AnySubscription]:
         """Its subscriptions."""
-        return iter(self._subscriptions)
+        return (part for part in self._parts if isinstance(part, Subscription))
 
     @property
     def clients(self) -> Iterator[AnyClient]:
         """Its clients."""
-        return iter(self._clients)
+        return (part for part in self._parts if isinstance(part, Client))
 
     @property
     def services(self) -> Iterator[Service]:
         """Its services."""
-        return iter(self._services)
+        return (part for part in self._parts if isinstance(part, Service))
 
     @property
     def timers(self) -> Iterator[Timer]:
         """Its timers."""
-        return iter(self._timers)
+        return (part for part in self._parts if isinstance(part, Timer))
 
     def get_name(self) -> str:
         """Return its name, without namespace."""
@@ -191,7 +187,7 @@ class Node(NodeParameters, NodeGraph):
         self._warn_of_mismatch(name, EndpointKind.PUBLISHER, qos)
         handle = self.handle.create_publisher(msg_type, name, qos)
         publisher: Publisher[MessageT] = publisher_class(handle, msg_type, name, qos)
-        self._publishers.append(publisher)
+        self._parts[publisher] = None
         return publisher
 
     def create_subscription(
@@ -209,7 +205,7 @@ class Node(NodeParameters, NodeGraph):
         label = f"{callback_name(callback)} (subscription of {name})"
         handle = self.handle.create_subscription(msg_type, name, qos, driven(callback), label=label)
         subscription = Subscription(handle, msg_type, name, callback, qos)
-        self._subscriptions.append(subscription)
+        self._parts[subscription] = None
         return subscription
 
     def create_client(
@@ -223,7 +219,7 @@ class Node(NodeParameters, NodeGraph):
         """Make a client of a service."""
         name = self.resolve_service_name(srv_name)
         client: AnyClient = Client(self.handle, srv_type, name, qos_profile)
-        self._clients.append(client)
+        self._parts[client] = None
         return client
 
     def create_service(
@@ -239,7 +235,7 @@ class Node(NodeParameters, NodeGraph):
         name = self.resolve_service_name(srv_name)
         label = f"{callback_name(callback)} (service {name})"
         service = Service(self.handle, srv_type, name, callback, qos_profile, label=label)
-        self._services.append(service)
+        self._parts[service] = None
         return service
 
     def create_timer(
@@ -261,37 +257,26 @@ class Node(NodeParameters, NodeGraph):
         )
         if not autostart:
             timer.cancel()
-        self._timers.append(timer)
+        self._parts[timer] = None
         return timer
 
-    def destroy_publisher(self, publisher: AnyPublisher) -> bool:
-        """Take a publisher off the graph; return whether it was this node's."""
-        return _destroy(publisher, self._publishers)
+    def destroy_publisher(self, part: Part) -> bool:
+        """Take a part off the graph; return whether it was this node's."""
+        if part not in self._parts:
+            return False
+        del self._parts[part]
+        part.destroy()
+        return True
 
-    def destroy_subscription(self, subscription: AnySubscription) -> bool:
-        """Take a subscription off the graph; return whether it was this node's."""
-        return _destroy(subscription, self._subscriptions)
-
-    def destroy_client(self, client: AnyClient) -> bool:
-        """Take a client off the graph; return whether it was this node's."""
-        return _destroy(client, self._clients)
-
-    def destroy_service(self, service: Service) -> bool:
-        """Take a service off the graph; return whether it was this node's."""
-        return _destroy(service, self._services)
-
-    def destroy_timer(self, timer: Timer) -> bool:
-        """Stop a timer for good; return whether it was this node's."""
-        return _destroy(timer, self._timers)
+    destroy_subscription = destroy_client = destroy_service = destroy_timer = destroy_publisher
 
     def destroy_node(self) -> None:
         """Leave the graph with everything that the node consists of."""
         self._log_sink.leave()
-        for timer in list(self._timers):
+        for timer in list(self.timers):
             self.destroy_timer(timer)
         self.handle.destroy()
-        for parts in (self._publishers, self._subscriptions, self._clients, self._services):
-            cast("list[object]", parts).clear()
+        self._parts.clear()
 
     # How it is made
 
@@ -370,11 +355,3 @@ class _LogSink:
                 self._written.add(line)
             severity, seconds = LoggingSeverity(message.level).name, self._clock.now_ns() / 1e9
             sys.stderr.write(f"[{severity}] [{seconds:.9f}] [{message.name}]: {message.msg}\n")
-
-
-def _destroy(part: PartT, parts: list[PartT]) -> bool:
-    if part not in parts:
-        return False
-    parts.remove(part)
-    part.destroy()
-    return True

@@ -31,17 +31,11 @@ class Redeploy(Service):
 
         __slots__ = ('node',)
         __ros_name__ = "system_interfaces/srv/Redeploy_Request"
-        __ros_fields__ = MappingProxyType({
-            "node": "string",
-        })
+        __ros_fields__ = MappingProxyType({"node": "string"})
 
         node: str
 
-        def __init__(
-            self,
-            *,
-            node: str = "",
-        ) -> None:
+        def __init__(self, *, node: str = "") -> None:
             self.node = node
 
         def copy(self) -> Self:
@@ -66,20 +60,12 @@ class Redeploy(Service):
 
         __slots__ = ('success', 'message')
         __ros_name__ = "system_interfaces/srv/Redeploy_Response"
-        __ros_fields__ = MappingProxyType({
-            "success": "bool",
-            "message": "string",
-        })
+        __ros_fields__ = MappingProxyType({"success": "bool", "message": "string"})
 
         success: bool
         message: str
 
-        def __init__(
-            self,
-            *,
-            success: bool = False,
-            message: str = "",
-        ) -> None:
+        def __init__(self, *, success: bool = False, message: str = "") -> None:
             self.success = success
             self.message = message
 
@@ -93,17 +79,13 @@ class Redeploy(Service):
             return new
 
         def encode_into(self, out: bytearray) -> None:
-            out += _STRUCT_0.pack(
-                BOOLS[self.success],
-            )
+            out += _STRUCT_0.pack(BOOLS[self.success])
             write_string(out, self.message)
 
         @classmethod
         def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
             new = object.__new__(cls)
-            (
-                new.success,
-            ) = _STRUCT_0.unpack_from(raw, position)
+            (new.success, ) = _STRUCT_0.unpack_from(raw, position)
             position += 1
             new.message, position = read_string(raw, position)
             return new, position

@@ -116,8 +116,8 @@ def _head(definition: Definition, name: str) -> Iterator[str]:
     names = [member.name for member in definition.fields]
     yield f"    __slots__ = {tuple(names)}"
     yield f'    __ros_name__ = "{definition.name}"'
-    pairs = [f'"{member.name}": "{member.type}"' for member in definition.fields]
-    yield from _exploded("    __ros_fields__ = MappingProxyType({", pairs, "})")
+    pairs = ", ".join(f'"{member.name}": "{member.type}"' for member in definition.fields)
+    yield f"    __ros_fields__ = MappingProxyType({{{pairs}}})"
     if definition.constants:
         yield ""
     for constant in definition.constants:
@@ -128,20 +128,12 @@ def _head(definition: Definition, name: str) -> Iterator[str]:
         yield f"    {member.name}: {_annotation(member.type)}"
 
 
-def _exploded(start: str, items: list[str], end: str) -> Iterator[str]:
-    """Yield the lines of a list in brackets, an item a line."""
-    indent = " " * (len(start) - len(start.lstrip()))
-    yield start
-    yield from (f"{indent}    {item}," for item in items)
-    yield indent + end
-
-
 def _constructor(definition: Definition) -> Iterator[str]:
     if not definition.fields:
         yield "def __init__(self) -> None:"
         yield "    pass"
         return
-    yield from _exploded("def __init__(", ["self", "*", *map(_parameter, definition.fields)], ") -> None:")
+    yield f"def __init__(self, *, {', '.join(map(_parameter, definition.fields))}) -> None:"
     for member in definition.fields:
         name, kind = member.name, member.type
         if not kind.is_message and not kind.is_array:
@@ -196,7 +188,7 @@ def _encode_run(run: _Run, structs: Structs) -> Iterator[str]:
     values = [f"BOOLS[{value}]" if base == "bool" else value for value, base in plain]
     if run.align > 1:
         yield f"out += PAD{run.align}[len(out) & {run.align - 1}]"
-    yield from _exploded(f"out += {structs[run.letters]}.pack(", values, ")")
+    yield f"out += {structs[run.letters]}.pack({', '.join(values)})"
 
 
 def _encode_field(member: Field) -> Iterator[str]:
@@ -237,8 +229,8 @@ def _decoder(parts: list[_Part], structs: Structs) -> Iterator[str]:
 def _decode_run(run: _Run, structs: Structs) -> Iterator[str]:
     if run.align > 1:
         yield _ALIGN[run.align]
-    targets = [f"new.{member.name}" for member in run.fields]
-    yield from _exploded("(", targets, f") = {structs[run.letters]}.unpack_from(raw, position)")
+    targets = "".join(f"new.{member.name}, " for member in run.fields)
+    yield f"({targets}) = {structs[run.letters]}.unpack_from(raw, position)"
     yield f"position += {run.size}"
 
 

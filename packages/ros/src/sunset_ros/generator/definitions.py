@@ -32,26 +32,20 @@ _TYPE = re.compile(
     r"(?P<base>[A-Za-z]\w*(?:/[A-Za-z]\w*)?)(?:<=(?P<bound>\d+))?"
     r"(?P<array>\[(?:(?P<size>\d+)|<=(?P<limit>\d+))?\])?"
 )
+_CODE = re.compile(r"""(?:[^#'"]|'[^']*'|"[^"]*"|['"].*)*""")
+"""All of a line but its comment."""
 _LINE = re.compile(r"(?P<type>\S+)\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)")
 
 
 @dataclass(frozen=True, slots=True)
 class FieldType:
-    """The type of a field.
+    """The type of a field."""
 
-    Attributes:
-        base: a primitive, or the full name of a message, such as `std_msgs/msg/Header`.
-        string_bound: the most bytes that a string may have, 0 for no bound.
-        is_array: whether it is an array or a sequence.
-        size: the exact number of elements of an array, None for a sequence.
-        limit: the most elements that a sequence may have, None for no limit.
-    """
-
-    base: str
-    string_bound: int = 0
-    is_array: bool = False
-    size: int | None = None
-    limit: int | None = None
+    base: str  #: a primitive, or the full name of a message, such as `std_msgs/msg/Header`
+    string_bound: int = 0  #: the most bytes that a string may have, 0 for no bound
+    is_array: bool = False  #: whether it is an array or a sequence
+    size: int | None = None  #: the exact number of elements of an array, None for a sequence
+    limit: int | None = None  #: the most elements that a sequence may have, None for no limit
 
     @property
     def is_message(self) -> bool:
@@ -140,7 +134,7 @@ def parse_message(text: str, name: str) -> Definition:
     constants: list[Constant] = []
     fields: list[Field] = []
     for number, line in enumerate(text.splitlines(), 1):
-        code = _without_comment(line)
+        code = _CODE.match(line)[0].strip()  # type: ignore[index]  # it matches any line
         if not code:
             continue
         match = _LINE.fullmatch(code)
@@ -164,18 +158,6 @@ def split_service(text: str, name: str) -> tuple[str, str]:
     if len(others) != 1:
         raise InterfaceError(f"{name} needs one line '---' between request and response, got {len(others)}.")
     return request, others[0]
-
-
-def _without_comment(line: str) -> str:
-    quote = ""
-    for index, letter in enumerate(line):
-        if quote:
-            quote = "" if letter == quote else quote
-        elif letter in "'\"":
-            quote = letter
-        elif letter == "#":
-            return line[:index].strip()
-    return line.strip()
 
 
 def _scalar(text: str, base: str) -> bool | int | float | str | bytes:

@@ -77,21 +77,20 @@ def write_numbers(out: bytearray, value: npt.NDArray[_T], dtype: np.dtype[_T]) -
     data = array_of(value, dtype)
     if not data.size:
         return
-    if dtype.itemsize == 8:  # noqa: PLR2004  bytes
-        out += PAD8[len(out) & 7]
-    elif dtype.itemsize == 4:  # noqa: PLR2004
-        out += PAD4[len(out) & 3]
-    elif dtype.itemsize == 2:  # noqa: PLR2004
-        out += PAD2[len(out) & 1]
+    out += bytes((_start(dtype) - len(out)) % dtype.itemsize)
     out += data.data
 
 
 def read_numbers(raw: bytes, position: int, dtype: np.dtype[_T], size: int) -> tuple[npt.NDArray[_T], int]:
     """Return an array (size,) that looks at the payload's own bytes, and the position behind it."""
     item = dtype.itemsize
-    start = 4 if item == 8 else 0  # noqa: PLR2004  the header shifts the grid of 8 bytes, but no smaller grid
-    position = ((position - start + item - 1) & -item) + start
+    position += (_start(dtype) - position) % item
     return np.frombuffer(raw, dtype, size, position), position + size * item
+
+
+def _start(dtype: np.dtype[_T]) -> int:
+    """Return a position of elements: the header shifts the grid of 8 bytes, but no smaller grid."""
+    return 4 if dtype.itemsize == 8 else 0  # noqa: PLR2004
 
 
 def write_array(out: bytearray, value: npt.NDArray[_T], dtype: np.dtype[_T]) -> None:

@@ -65,7 +65,7 @@ class LifecycleNode(Node):
         self._transition_events = None
         if enable_communication_interface:
             self._transition_events = self.create_publisher(TransitionEvent, "~/transition_event", 10)
-            self._services.append(self._make_change_state())
+            self._parts[self._make_change_state()] = None
             self.create_service(GetState, "~/get_state", self._get_state)
             self.create_service(GetAvailableStates, "~/get_available_states", self._get_available_states)
             self.create_service(

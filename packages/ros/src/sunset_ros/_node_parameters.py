@@ -51,11 +51,8 @@ class NodeParameters:
 
     Those that take names raise a `ParameterNotDeclaredException` if a parameter is not declared and must be.
 
-    Args:
-        node: fully qualified name of the node, for errors.
-        overrides: values that win over the defaults of declarations; of one name, the last.
-        allow_undeclared: whether parameters may be set that were not declared.
-        on_change: called with all changes.
+    `node` is its fully qualified name, for errors. Overrides win over the defaults of declarations, and `on_change` is
+    called with all changes.
     """
 
     def __init__(
@@ -86,8 +83,7 @@ class NodeParameters:
         Args:
             name: its name.
             value: its default, or a `Parameter.Type` without default.
-            descriptor: describes it and limits its values; its type is the type of the default, unless
-                `dynamic_typing` is set.
+            descriptor: limits its values; its type is the type of the default, unless `dynamic_typing` is set.
             ignore_override: whether the default wins over the command line.
 
         Raises:
@@ -189,18 +185,13 @@ class NodeParameters:
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
         """Return the parameters under a prefix, by the rest of their names."""
         start = f"{prefix}." if prefix else ""
-        return {
-            name[len(start) :]: parameter
-            for name, parameter in self._parameters.items()
-            if name.startswith(start)
-        }
+        under = [name for name in self._parameters if name.startswith(start)]
+        return {name.removeprefix(start): self._parameters[name] for name in under}
 
     def list_parameters(self, prefixes: Sequence[str], depth: int) -> ListParametersResult:
-        """Return the names of parameters under some prefixes.
+        """Return the names of parameters that equal a prefix or are below it; all if there are no prefixes.
 
-        Args:
-            prefixes: only names that equal a prefix or are below it; all names if empty.
-            depth: only names with so many parts at most, not counting the prefix; 0 for no limit.
+        They have at most `depth` parts, not counting the prefix; 0 is no limit.
         """
         names = [name for name in self._parameters if _is_listed(name, prefixes, depth)]
         found = {name.rpartition(_SEPARATOR)[0]: None for name in names if _SEPARATOR in name}

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from sunset_town.buildings import apartment, hall, house, tower
+from sunset_town.frame import Pair
 from sunset_town.furnish import CAR_TINTS, COUNTRY_M, EDGE_M, Builder
 from sunset_town.ground import Surface
 from sunset_town.layout import PAVEMENT_M, Block, BlockKind, Street
@@ -15,7 +16,7 @@ from sunset_town.terrain import rail_spans
 from sunset_town.things import TREES
 
 
-def _scatter(builder: Builder, block: Block, per_100_m2: float, heights: tuple[float, float]) -> None:
+def _scatter(builder: Builder, block: Block, per_100_m2: float, heights: Pair) -> None:
     """Plant trees, most of them in groups of a kind, some alone."""
     low, high = np.asarray(block.low) + 2, np.asarray(block.high) - 2
     left = int(block.size[0] * block.size[1] / 100 * per_100_m2)
@@ -284,7 +285,7 @@ def furnish_railway(builder: Builder) -> None:
             builder.line("rail guard", *ends, 0.6, level=lambda uv: float(relief.railway(uv[1])) + 0.6)
 
 
-def _lamps(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
+def _lamps(builder: Builder, street: Street, stretch: Pair) -> None:
     places = np.arange(stretch[0] + 8, stretch[1] - 6, 15.0).tolist()
     for at, side in zip(places, cycle((1, -1)), strict=False):
         uv = street.points(at, side * (street.width / 2 + 0.5))
@@ -292,7 +293,7 @@ def _lamps(builder: Builder, street: Street, stretch: tuple[float, float]) -> No
         builder.put("lamp", uv, axis=1 - street.axis, turn=turn)
 
 
-def _planting(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
+def _planting(builder: Builder, street: Street, stretch: Pair) -> None:
     """Trees on an avenue's pavements; parked cars, some skips, half on a side street's pavement."""
     rng = builder.rng
     for side in (-1, 1):
@@ -329,7 +330,7 @@ def _crossing_signs(builder: Builder, street: Street, other: Street, at: float, 
         builder.put("gantry", back, axis=street.axis, turn=turn)
 
 
-def _stop(builder: Builder, street: Street, stretch: tuple[float, float]) -> None:
+def _stop(builder: Builder, street: Street, stretch: Pair) -> None:
     """A bus stop in the middle of a stretch, facing the carriageway, unless it is a bridge."""
     middle = (stretch[0] + stretch[1]) / 2 + 3
     side = 1 if builder.chance(0.5) else -1

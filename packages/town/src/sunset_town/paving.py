@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from sunset_town.frame import Points
+from sunset_town.frame import Pair, Points
 from sunset_town.ground import Ground, Painter, Sheet, Surface
 from sunset_town.layout import EXTENT_M, PAVEMENT_M, Block, BlockKind, Street, TownPlan
 from sunset_town.seeding import generator
@@ -116,7 +116,7 @@ def has_zebra(street: Street, other: Street) -> bool:
     return street.avenue or other.avenue or int(street.at * 7 + other.at * 11) % 3 == 0
 
 
-def _paint_lanes(painter: Painter, street: Street, along: tuple[float, float]) -> None:
+def _paint_lanes(painter: Painter, street: Street, along: Pair) -> None:
     half = street.width / 2
     if street.avenue:
         for offset in (-half + 0.35, -0.25, 0.25, half - 0.35):
@@ -127,12 +127,12 @@ def _paint_lanes(painter: Painter, street: Street, along: tuple[float, float]) -
         _dashes(painter, street, along, 0.0)
 
 
-def _dashes(painter: Painter, street: Street, along: tuple[float, float], offset: float) -> None:
+def _dashes(painter: Painter, street: Street, along: Pair, offset: float) -> None:
     for at in np.arange(along[0], along[1] - 3, 7.5):
         _line(painter, street, (float(at), float(at) + 3.0), offset)
 
 
-def _line(painter: Painter, street: Street, along: tuple[float, float], offset: float) -> None:
+def _line(painter: Painter, street: Street, along: Pair, offset: float) -> None:
     at = np.linspace(along[0], along[1], 2 + int((along[1] - along[0]) / 6))
     painter.line(street.points(at, offset), Surface.MARKING)
 

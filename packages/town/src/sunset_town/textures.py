@@ -8,7 +8,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from sunset_town.frame import Ids, Indices, Reals
+from sunset_town.frame import Ids, Indices, Pair, Reals
 from sunset_town.ground import Surface
 from sunset_town.meshes import Material
 from sunset_town.seeding import generator
@@ -167,11 +167,11 @@ class Surfaces:
 class _Windows:
     """A grid of windows on a wall: sizes in metres, extents as shares of a grid cell."""
 
-    width: tuple[float, float]
+    width: Pair
     floor: float
     sill: float
     lintel: float
-    wide: tuple[float, float]
+    wide: Pair
     gloss: float
 
 

@@ -11,7 +11,6 @@ from sunset_ros.errors import InterfaceError
 from sunset_ros.interfaces._codec import *
 from sunset_ros.interfaces._message import *
 from sunset_ros.interfaces._serialization import *
-from sunset_ros.interfaces._values import *
 from sunset_ros.interfaces.builtin_interfaces.msg import Time
 from sunset_ros.interfaces.rcl_interfaces.msg import Parameter
 from sunset_ros.interfaces.sensor_msgs.msg import Image
@@ -168,9 +167,9 @@ class Command(Message):
         new.node, position = read_string(raw, position)
         new.kind, position = read_string(raw, position)
         size, position = read_size(raw, position)
-        new.parameters, position = read_strings(raw, position, size)
+        new.parameters, position = read_items(raw, position, size, read_string)
         size, position = read_size(raw, position)
-        new.values, position = read_strings(raw, position, size)
+        new.values, position = read_items(raw, position, size, read_string)
         (new.successful, ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
         new.reason, position = read_string(raw, position)
@@ -214,7 +213,7 @@ class Diagnosis(Message):
         new = object.__new__(cls)
         new.stamp, position = Time.decode_from(raw, position)
         size, position = read_size(raw, position)
-        new.faults, position = read_strings(raw, position, size)
+        new.faults, position = read_items(raw, position, size, read_string)
         new.probabilities, position = read_array(raw, position, FLOAT64)
         return new, position
 
@@ -680,7 +679,7 @@ class SetBlackboardGroup(Message):
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         size, position = read_size(raw, position)
-        new.bb_params, position = read_messages(raw, position, size, Parameter)
+        new.bb_params, position = read_items(raw, position, size, Parameter.decode_from)
         return new, position
 
 

@@ -11,7 +11,6 @@ from sunset_ros.errors import InterfaceError
 from sunset_ros.interfaces._codec import *
 from sunset_ros.interfaces._message import *
 from sunset_ros.interfaces._serialization import *
-from sunset_ros.interfaces._values import *
 
 __all__ = [
     "Redeploy",

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from typing import Any, Final, TypeAlias
 
-from sunset_ros.commands import graph, services, topics
+from sunset_ros.commands import graph, services
 from sunset_ros.commands.session import NotThereError
 
 __all__ = ["EXIT_NOT_THERE", "add_arguments"]
@@ -57,8 +57,8 @@ _ACTIONS: Final[tuple[tuple[str, _Command, str, list[_Argument]], ...]] = (
     ("node info", graph.node_info, "show what a node consists of", [_NODE]),
     ("topic list", graph.topic_list, "list the topics", [_TYPES]),
     ("topic info", graph.topic_info, "show which nodes publish and subscribe", [_TOPIC, _VERBOSE]),
-    ("topic hz", topics.topic_hz, "measure how often messages come, until Ctrl-C", [_TOPIC]),
-    ("topic echo", topics.topic_echo, "print messages, until Ctrl-C", [_TOPIC, _ONCE, _NO_ARRAYS]),
+    ("topic hz", graph.topic_hz, "measure how often messages come, until Ctrl-C", [_TOPIC]),
+    ("topic echo", graph.topic_echo, "print messages, until Ctrl-C", [_TOPIC, _ONCE, _NO_ARRAYS]),
     ("param list", services.param_list, "list the parameters of a node, or of all", [_NODE_IF_ANY]),
     ("param get", services.param_get, "print a parameter's value", [_NODE, _PARAMETER]),
     ("param set", services.param_set, "set a parameter", [_NODE, _PARAMETER, _VALUE]),

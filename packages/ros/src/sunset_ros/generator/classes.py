@@ -3,26 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from keyword import iskeyword
+from struct import calcsize
 from typing import Final, TypeAlias
 
 from sunset_ros.errors import InterfaceError
-from sunset_ros.generator.definitions import Definition, Field, FieldType
+from sunset_ros.generator.definitions import NUMERIC, Definition, Field, FieldType
 
-_FORMATS: Final = {
-    "bool": ("?", 1),
-    "byte": ("c", 1),
-    "int8": ("b", 1),
-    "uint8": ("B", 1),
-    "int16": ("h", 2),
-    "uint16": ("H", 2),
-    "int32": ("i", 4),
-    "uint32": ("I", 4),
-    "int64": ("q", 8),
-    "uint64": ("Q", 8),
-    "float32": ("f", 4),
-    "float64": ("d", 8),
-}
-"""Primitive type → its letter in a struct format; its size, which is its alignment, in bytes."""
+_LETTERS: Final = dict(zip(NUMERIC, "bBhHiIqQfd", strict=True)) | {"bool": "?", "byte": "c"}
+"""Primitive type → its letter in a struct format."""
 
 _PYTHON: Final = {"bool": ("bool", "False"), "byte": ("bytes", r'b"\x00"'), "string": ("str", '""')}
 """Primitive type → its Python type and default; a number is an int or a float."""
@@ -54,7 +42,8 @@ class _Run:
 
     def add(self, member: Field) -> bool:
         """Take another field, unless its padding depends on where the run starts."""
-        letter, align = _FORMATS[member.type.base]
+        letter = _LETTERS[member.type.base]
+        align = calcsize(letter)
         if align > self.align:
             return False
         padding = -self.size % align
@@ -100,11 +89,11 @@ def _parts(fields: tuple[Field, ...]) -> list[_Part]:
     """Return the fields, numbers in runs."""
     parts: list[_Part] = []
     for member in fields:
-        if member.type.is_array or member.type.base not in _FORMATS:
+        if member.type.is_array or member.type.base not in _LETTERS:
             parts.append(member)
             continue
         if not parts or not isinstance(run := parts[-1], _Run) or not run.add(member):
-            parts.append(run := _Run(_FORMATS[member.type.base][1]))
+            parts.append(run := _Run(calcsize(_LETTERS[member.type.base])))
             run.add(member)
     return parts
 
@@ -209,8 +198,10 @@ def _encode_field(member: Field) -> Iterator[str]:
         return
     if kind.size is None:
         yield f"write_size(out, len(self.{member.name}))"
-    elements = f", {_python(kind)}" if kind.is_message else bound
-    yield f"write_{_plural(kind)}(out, {value}{elements})"
+    if kind.is_message:
+        yield f"write_messages(out, {value}, {_python(kind)})"
+    else:
+        yield f"write_{kind.base}s(out, {value}{bound})"
 
 
 def _decoder(parts: list[_Part], structs: Structs) -> Iterator[str]:
@@ -236,8 +227,8 @@ def _decode_run(run: _Run, structs: Structs) -> Iterator[str]:
 
 def _decode_field(member: Field) -> Iterator[str]:
     kind, target = member.type, f"new.{member.name}, position = "
+    read = f"{_python(kind)}.decode_from" if kind.is_message else "read_string"
     if not kind.is_array:
-        read = f"{_python(kind)}.decode_from" if kind.is_message else "read_string"
         yield f"{target}{read}(raw, position)"
         return
     if kind.is_numpy and kind.size is None:
@@ -248,15 +239,10 @@ def _decode_field(member: Field) -> Iterator[str]:
         yield "size, position = read_size(raw, position)"
     if kind.is_numpy:
         yield f"{target}read_numbers(raw, position, {kind.base.upper()}, {size})"
+    elif kind.base in _LETTERS:
+        yield f"{target}read_{kind.base}s(raw, position, {size})"
     else:
-        elements = f", {_python(kind)}" if kind.is_message else ""
-        yield f"{target}read_{_plural(kind)}(raw, position, {size}{elements})"
-
-
-def _plural(kind: FieldType) -> str:
-    return (
-        "messages" if kind.is_message else {"bool": "bools", "byte": "bytes", "string": "strings"}[kind.base]
-    )
+        yield f"{target}read_items(raw, position, {size}, {read})"
 
 
 def _python(kind: FieldType) -> str:

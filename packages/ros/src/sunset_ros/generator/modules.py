@@ -9,7 +9,7 @@ from sunset_ros.generator.definitions import PARTS, Definition, parse_message, s
 
 _WORDS: Final = {"msg": "messages", "srv": "services"}
 _LIBRARY: Final = "sunset_ros.interfaces"
-_HELPERS: Final = "_codec", "_message", "_serialization", "_values"
+_HELPERS: Final = "_codec", "_message", "_serialization"
 """The modules that generated code is made of."""
 
 

@@ -10,10 +10,9 @@ import numpy as np
 
 from sunset_ros.errors import InterfaceError
 from sunset_ros.generator.definitions import FieldType
-from sunset_ros.interfaces._codec import PAD4
+from sunset_ros.interfaces._codec import PAD4, array_of
 from sunset_ros.interfaces._message import Message
 from sunset_ros.interfaces._registry import field_types
-from sunset_ros.interfaces._values import array_of
 
 _ENCAPSULATION = b"\x00\x01\x00\x00"
 """Plain CDR, little endian, no options."""

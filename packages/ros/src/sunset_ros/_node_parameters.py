@@ -18,7 +18,6 @@ from sunset_ros.interfaces.rcl_interfaces.msg import (
     ParameterValue,
     SetParametersResult,
 )
-from sunset_ros.names import validate_parameter_name
 from sunset_ros.parameter import Parameter, refusal
 from sunset_ros.texts import shorten, suggestion
 
@@ -92,7 +91,10 @@ class NodeParameters:
             InvalidParameterTypeException: a parameter cannot hold the default.
             InvalidParameterValueException: descriptor or callbacks refuse the value.
         """
-        validate_parameter_name(name)
+        if not isinstance(name, str) or not name:
+            raise InvalidParameterException(
+                f"A parameter's name must be a text that is not empty, got {name!r}."
+            )
         if name in self._parameters:
             raise ParameterAlreadyDeclaredException(
                 f"Parameter {name!r} of {self._parameters_of} is declared already."

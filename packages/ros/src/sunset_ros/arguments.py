@@ -18,9 +18,7 @@ from sunset_ros.parameter import Parameter
 class Arguments:
     """The arguments after `--ros-args`."""
 
-    remaps: list[RemapRule] = field(
-        default_factory=list
-    )  #: in the order given; the first that matches is used
+    remaps: list[RemapRule] = field(default_factory=list)  #: in their order; the first that matches is used
     overrides: list[Override] = field(default_factory=list)  #: likewise, but the last that matches is used
     log_level: LoggingSeverity | None = None  #: below which nothing is logged; None if not given
     log_to_stderr: bool | None = None  #: None if not given

@@ -62,7 +62,7 @@ class SingleThreadedExecutor:
         callback: Callable[..., object] | Coroutine[object, None, object],
         *args: object,
         **kwargs: object,
-    ) -> Future[Any]:
+    ) -> Future[object]:
         """Call a function soon, as a callback of the first node; the future is done with its result.
 
         The function may be a coroutine function, and a coroutine may be given in its place.
@@ -72,7 +72,7 @@ class SingleThreadedExecutor:
         """
         if not self._nodes:
             raise MiddlewareError("An executor without nodes cannot run a task; add a node first.")
-        future: Future[Any] = Future()
+        future: Future[object] = Future()
         self._nodes[0].handle.post(
             lambda: drive(callback(*args, **kwargs) if callable(callback) else callback, future.set_result),
             f"{callback_name(callback)} (task)",

@@ -11,7 +11,6 @@ from typing import Final
 from sunset_ros.exceptions import (
     InvalidNamespaceException,
     InvalidNodeNameException,
-    InvalidParameterException,
     InvalidServiceNameException,
     InvalidTopicNameException,
     NameValidationException,
@@ -82,16 +81,6 @@ def validate_topic_name(name: str, *, is_service: bool = False) -> None:
     """
     plain = re.sub(r"\{(?:node|ns|namespace)\}", lambda match: "s" * len(match[0]), name)
     _check(name, plain, _TOPIC, *_KINDS[is_service])
-
-
-def validate_parameter_name(name: str) -> None:
-    """Check the name of a parameter.
-
-    Raises:
-        InvalidParameterException: it is empty or no text.
-    """
-    if not isinstance(name, str) or not name:
-        raise InvalidParameterException(f"A parameter's name must be a text that is not empty, got {name!r}.")
 
 
 def expand_name(name: str, node_name: str, namespace: str) -> str:

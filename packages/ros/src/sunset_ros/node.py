@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeAlias, TypeVar
+from typing import TypeAlias, TypeVar
 
 from sunset_ros._node_graph import NodeGraph
 from sunset_ros._node_parameters import Changes, NodeParameters
@@ -226,7 +226,7 @@ class Node(NodeParameters, NodeGraph):
         self,
         srv_type: type[ServiceType],
         srv_name: str,
-        callback: Callable[[Any, Any], object],
+        callback: Callable[..., object],
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy

@@ -97,12 +97,7 @@ def is_free(town: Town, pose: Pose) -> bool:
 
 
 def render_views(
-    town: int,
-    count: int,
-    seed: int,
-    *,
-    size: tuple[int, int] = FRAME_SIZE,
-    **choices: Any,  #: its number, 1 to 8
+    town: int, count: int, seed: int, *, size: tuple[int, int] = FRAME_SIZE, **choices: Any
 ) -> Iterator[Frame]:
     """Yield the frames of `training_views`, in pixels of `size`; the same arguments give the same bytes.
 
@@ -139,13 +134,11 @@ class Flight:
         TownError: a value is out of its range.
     """
 
-    town: int = 1
+    town: int = 1  #: its number, 1 to 8
     frames: int = 400  #: number of frames, at least 1
     rate_hz: float = 10.0  #: frames a second
     speed: float = 9.0  #: in metres a second
-    height: float = (
-        50.0  #: in metres, in [20, 300], above the town's centre, or above the street that is followed
-    )
+    height: float = 50.0  #: in metres, in [20, 300], above the town's centre or the street that is followed
     pitch_deg: float = 60.0  #: of the camera below the horizon in degrees, in [0, 90]
     course_deg: float = 50.0  #: direction of the course's straight line in degrees, anticlockwise from east
     offset: float = 40.0  #: of the line to the left of the town's centre in metres

@@ -606,51 +606,6 @@ class SegmentationMetrics(Message):
         return new, position
 
 
-class SensorFusion(Message):
-    """system_interfaces/msg/SensorFusion."""
-
-    __slots__ = ('depth', 'rgb', 'modality', 'header')
-    __ros_name__ = "system_interfaces/msg/SensorFusion"
-    __ros_fields__ = MappingProxyType({"depth": "sensor_msgs/Image", "rgb": "sensor_msgs/Image", "modality": "system_interfaces/FusionType", "header": "std_msgs/Header"})
-
-    depth: Image
-    rgb: Image
-    modality: FusionType
-    header: Header
-
-    def __init__(self, *, depth: Image | None = None, rgb: Image | None = None, modality: FusionType | None = None, header: Header | None = None) -> None:
-        self.depth = Image() if depth is None else depth
-        self.rgb = Image() if rgb is None else rgb
-        self.modality = FusionType() if modality is None else modality
-        self.header = Header() if header is None else header
-
-    def copy(self) -> Self:
-        new = object.__new__(self.__class__)
-        try:
-            new.depth = Image.copy(self.depth)
-            new.rgb = Image.copy(self.rgb)
-            new.modality = FusionType.copy(self.modality)
-            new.header = Header.copy(self.header)
-        except (AttributeError, TypeError, InterfaceError) as error:
-            raise misfit(self, error) from error
-        return new
-
-    def encode_into(self, out: bytearray) -> None:
-        Image.encode_into(self.depth, out)
-        Image.encode_into(self.rgb, out)
-        FusionType.encode_into(self.modality, out)
-        Header.encode_into(self.header, out)
-
-    @classmethod
-    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
-        new = object.__new__(cls)
-        new.depth, position = Image.decode_from(raw, position)
-        new.rgb, position = Image.decode_from(raw, position)
-        new.modality, position = FusionType.decode_from(raw, position)
-        new.header, position = Header.decode_from(raw, position)
-        return new, position
-
-
 class SetBlackboardGroup(Message):
     """system_interfaces/msg/SetBlackboardGroup."""
 
@@ -709,3 +664,48 @@ class StrategyStatus(Message):
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         return cls(), read_dummy(raw, position)
+
+
+class SensorFusion(Message):
+    """system_interfaces/msg/SensorFusion."""
+
+    __slots__ = ('depth', 'rgb', 'modality', 'header')
+    __ros_name__ = "system_interfaces/msg/SensorFusion"
+    __ros_fields__ = MappingProxyType({"depth": "sensor_msgs/Image", "rgb": "sensor_msgs/Image", "modality": "system_interfaces/FusionType", "header": "std_msgs/Header"})
+
+    depth: Image
+    rgb: Image
+    modality: FusionType
+    header: Header
+
+    def __init__(self, *, depth: Image | None = None, rgb: Image | None = None, modality: FusionType | None = None, header: Header | None = None) -> None:
+        self.depth = Image() if depth is None else depth
+        self.rgb = Image() if rgb is None else rgb
+        self.modality = FusionType() if modality is None else modality
+        self.header = Header() if header is None else header
+
+    def copy(self) -> Self:
+        new = object.__new__(self.__class__)
+        try:
+            new.depth = Image.copy(self.depth)
+            new.rgb = Image.copy(self.rgb)
+            new.modality = FusionType.copy(self.modality)
+            new.header = Header.copy(self.header)
+        except (AttributeError, TypeError, InterfaceError) as error:
+            raise misfit(self, error) from error
+        return new
+
+    def encode_into(self, out: bytearray) -> None:
+        Image.encode_into(self.depth, out)
+        Image.encode_into(self.rgb, out)
+        FusionType.encode_into(self.modality, out)
+        Header.encode_into(self.header, out)
+
+    @classmethod
+    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
+        new = object.__new__(cls)
+        new.depth, position = Image.decode_from(raw, position)
+        new.rgb, position = Image.decode_from(raw, position)
+        new.modality, position = FusionType.decode_from(raw, position)
+        new.header, position = Header.decode_from(raw, position)
+        return new, position

@@ -1,6 +1,7 @@
 """Generates the typed Python modules of .msg and .srv files."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Final
 
@@ -48,7 +49,7 @@ def _module(package: str, kind: str, files: Sequence[Path], homes: Mapping[str, 
         parsed = [
             parse_message(path.read_text(encoding="utf-8"), f"{package}/msg/{path.stem}") for path in files
         ]
-        definitions = list(_dependencies_first(parsed))
+        definitions = _dependencies_first(parsed)
         bodies = [class_text(definition, structs) for definition in definitions]
     else:
         for path in files:
@@ -102,14 +103,10 @@ def _imports(own: str, definitions: Iterable[Definition], homes: Mapping[str, st
     return "\n".join(lines) + "\n"
 
 
-def _dependencies_first(definitions: Sequence[Definition]) -> Iterator[Definition]:
-    waiting = {definition.name: definition for definition in definitions}
-
-    def emit(definition: Definition) -> Iterator[Definition]:
-        for field in definition.fields:
-            if field.type.base in waiting:
-                yield from emit(waiting.pop(field.type.base))
-        yield definition
-
-    while waiting:
-        yield from emit(waiting.pop(next(iter(waiting))))
+def _dependencies_first(definitions: Sequence[Definition]) -> list[Definition]:
+    by_name = {definition.name: definition for definition in definitions}
+    uses = {
+        definition.name: [field.type.base for field in definition.fields if field.type.base in by_name]
+        for definition in definitions
+    }
+    return [by_name[name] for name in TopologicalSorter(uses).static_order()]

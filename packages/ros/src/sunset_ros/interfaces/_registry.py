@@ -84,16 +84,13 @@ def _find(name: str, kind: str) -> object:
     return getattr(module, short) if module and short in module.__all__ else None
 
 
+@cache
 def _python_package(package: str) -> str | None:
     """Return the Python package of a ROS package: of this library, or registered by a distribution."""
     if (_FOLDER / package).is_dir():
         return f"sunset_ros.interfaces.{package}"
-    return _registered_packages().get(package)
-
-
-@cache
-def _registered_packages() -> dict[str, str]:
-    return {entry.name: entry.value for entry in entry_points(group="sunset_ros.interfaces")}
+    registered = entry_points(group="sunset_ros.interfaces")
+    return next((entry.value for entry in registered if entry.name == package), None)
 
 
 def field_types(kind: type[Message]) -> dict[str, FieldType]:

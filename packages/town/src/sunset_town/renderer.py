@@ -154,10 +154,10 @@ def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> 
     seen = ahead & (np.abs(right) < reach) & (np.abs(down) < reach * (size[0] / size[1]) + margin)
     seen &= np.abs(positions[:, :2]).max(axis=1) < EXTENT_M
     seen &= forward < 400
-    mesh, corners, faces = town.traffic.mesh(positions, headings, seen)
+    mesh = town.traffic.mesh(positions, headings, seen)
     seen &= forward > -radii
     near = _rays_near(right[seen], down[seen], forward[seen], radii[seen], size)
-    return Solid(mesh, corners, faces) if len(mesh) else None, near
+    return Solid(mesh) if len(mesh) else None, near
 
 
 def _rays_near(right: Reals, down: Reals, forward: Reals, radii: Reals, size: tuple[int, int]) -> Indices:

@@ -204,7 +204,6 @@ def test_a_type_that_is_unknown_is_listed_but_not_printed(ros: Ros) -> None:
         (["node", "list", "--domain-id", "x"], "expected a whole number, got 'x'"),
         (["node", "list", "--timeout", "-1"], "seconds from 0 on, got '-1'"),
         (["node", "list", "--timeout", "inf"], "seconds from 0 on, got 'inf'"),
-        (["topic", "hz", "/a", "--window", "0"], "at least 1, got '0'"),
         (["service", "call", "/a", "std_srvs/srv/Nothing"], "no service 'std_srvs/srv/Nothing'"),
         (["service", "call", "/a", "std_srvs/srv/SetBool", "{data: "], "not valid YAML"),
         (["service", "call", "/a", "std_srvs/srv/SetBool", "{on: true}"], "no field"),

@@ -20,8 +20,8 @@ from sunset.perception import Segmenter
 from sunset.recording import StoredRun, read_messages, read_run, read_stored_run, read_timeline
 from sunset.scenarios import load_scenario, suite
 from sunset.system import current_system, extended_system
-from sunset_ros.interfaces.parameters import scalar_of
 from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent
+from sunset_ros.parameter import scalar_of
 from sunset_ros.seeding import drawn_seed
 
 FAULTS = current_system().faults

@@ -49,9 +49,8 @@ DELAY = Known(DOUBLE, limits=(-1.0, 3600.0), read_only=True)
 FAULT = Known(BOOL, (False, True))
 SWITCH = Known(BOOL, (True, False))
 ACTION = Known(BOOL, (False, True))
-TYPES = {"start_type_description_service": Known(BOOL, read_only=True)}
-SIM_TIME = {"use_sim_time": Known(BOOL, (False, True)), **TYPES}
-WALL_TIME = {"use_sim_time": Known(BOOL, (True, False)), **TYPES}
+SIM_TIME = {"use_sim_time": Known(BOOL, (False, True))}
+WALL_TIME = {"use_sim_time": Known(BOOL, (True, False))}
 ANY_WHOLE = (0, 2**31 - 1)
 WHOLE = Known(INTEGER, limits=ANY_WHOLE, read_only=True)
 SIZE = Known(INTEGER, limits=(0, 2**14), read_only=True)

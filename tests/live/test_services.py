@@ -53,7 +53,7 @@ OF_EVERY_NODE = {
         "set_parameters": "SetParameters",
         "set_parameters_atomically": "SetParametersAtomically",
     }.items()
-} | {"get_type_description": "type_description_interfaces/srv/GetTypeDescription"}
+}
 LIFECYCLE_SERVICES = {
     name: f"lifecycle_msgs/srv/{kind}"
     for name, kind in {

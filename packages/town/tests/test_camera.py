@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sunset_town.camera import Pose, rays
+from sunset_town.renderer import Pose, rays
 
 
 def test_the_axes_are_a_right_handed_rotation() -> None:

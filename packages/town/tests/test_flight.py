@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from sunset_town import CARLA_IDS, Flight, TownError, render_frames
+from sunset_town.flight import is_free
 from sunset_town.town import build_town
-from sunset_town.views import is_free
 
 pytestmark = pytest.mark.xdist_group("towns")  # each is built once
 

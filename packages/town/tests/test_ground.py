@@ -4,8 +4,7 @@ import pytest
 from sunset_town import CARLA_IDS
 from sunset_town.ground import SURFACE_LABELS, Ground, Surface
 from sunset_town.layout import BlockKind, TownPlan, plan_town
-from sunset_town.lots import parking_stalls
-from sunset_town.paving import paint_ground
+from sunset_town.paving import paint_ground, parking_stalls
 
 
 @pytest.fixture(scope="module")

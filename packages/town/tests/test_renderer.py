@@ -9,9 +9,8 @@ import numpy.typing as npt
 import pytest
 
 from sunset_town import CARLA_IDS, Frame, render_views, renderer
-from sunset_town.camera import Pose, rays
 from sunset_town.light import light
-from sunset_town.renderer import View, render
+from sunset_town.renderer import Pose, View, rays, render
 from sunset_town.town import Town, build_town
 
 pytestmark = pytest.mark.xdist_group("towns")  # each is built once

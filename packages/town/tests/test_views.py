@@ -66,7 +66,7 @@ def test_bad_choices_are_refused(change: dict[str, object], message: str) -> Non
 
 
 def test_a_height_below_the_roofs_everywhere_is_refused_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sunset_town.views.CLEARANCE_M", 1e9)
+    monkeypatch.setattr("sunset_town.flight.CLEARANCE_M", 1e9)
     build_town(1)
     with pytest.raises(TownError, match="No free air was found at a height of 20"):
         list(training_views(1, 1, 0, heights=(20,)))

@@ -175,7 +175,7 @@ def run_confined(spec: ManagerSpec, context: Context, *, occasion: str) -> str:
     middleware = context.middleware
     failures: list[str] = []
     moment = "could not be constructed"
-    with manager_process(replace(spec, describes_types=middleware.describes_types)) as process:
+    with manager_process(spec) as process:
         is_wanted = context.ok()
 
         def leave() -> None:

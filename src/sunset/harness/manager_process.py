@@ -124,7 +124,7 @@ def run_manager(connection: socket.socket, task: object) -> None:
     def describe(error: BaseException) -> str:
         return _without_values(_description(manager_class, error), order)
 
-    RemoteProcess(pipe, construct, describe, describes_types=spec.describes_types).serve()
+    RemoteProcess(pipe, construct, describe).serve()
 
 
 def _load(order: ManagerTask) -> tuple[type[ManagingSystem], LoadedManager]:

@@ -19,8 +19,8 @@ from sunset.system.vocabulary import (
     state_entry,
 )
 from sunset.texts.names import base_name
-from sunset_ros.interfaces.parameters import scalar_of
 from sunset_ros.interfaces.rcl_interfaces.msg import Parameter
+from sunset_ros.parameter import scalar_of
 from sunset_ros.texts import shorten, suggestion
 
 FloatOrNaN = Annotated[float, "NaN until it is measured"]

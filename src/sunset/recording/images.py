@@ -24,10 +24,10 @@ from sunset.recording.values import Payload, RecordedMessage
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
 from sunset.system_interfaces.msg import ImageDigest, SensorFusion, SetBlackboardGroup
 from sunset_ros.interfaces import Message, serialize, type_name
-from sunset_ros.interfaces.parameters import scalar_of
 from sunset_ros.interfaces.sensor_msgs.msg import CompressedImage, Image
 from sunset_ros.interfaces.stamps import ns_of
 from sunset_ros.interfaces.std_msgs.msg import Float64
+from sunset_ros.parameter import scalar_of
 
 IMAGES_FILE: Final = "images.mcap"
 """The file of a record with its images, if they were kept."""

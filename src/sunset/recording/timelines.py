@@ -44,9 +44,9 @@ from sunset.texts.names import ros_text
 from sunset_ros.interfaces import Message, type_name
 from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent
-from sunset_ros.interfaces.parameters import scalar_of
 from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent
 from sunset_ros.interfaces.stamps import ns_of
+from sunset_ros.parameter import scalar_of
 
 _OTHERS: Final = (
     COMMANDS_TOPIC,

@@ -5,11 +5,12 @@ change. In addition, `init` takes a middleware, such as a process of a simulatio
 """
 
 from importlib import import_module
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from sunset_ros._functions import (
+    from sunset_ros.context import Context
+    from sunset_ros.executors import (
+        SingleThreadedExecutor,
         create_node,
         init,
         ok,
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
         spin_until_future_complete,
         try_shutdown,
     )
-    from sunset_ros.context import Context
-    from sunset_ros.executors import SingleThreadedExecutor
     from sunset_ros.node import Node
     from sunset_ros.parameter import Parameter
     from sunset_ros.rmw.core.port import CallbackError
@@ -45,24 +44,21 @@ __all__ = [
 
 __version__ = "0.1.0"
 
-_MODULES: Final = MappingProxyType(
-    {
-        "CallbackError": "sunset_ros.rmw.core.port",
-        "Context": "sunset_ros.context",
-        "Future": "sunset_ros.task",
-        "Node": "sunset_ros.node",
-        "Parameter": "sunset_ros.parameter",
-        "SingleThreadedExecutor": "sunset_ros.executors",
-    }
-)
-"""Class → its module; the functions are in `_functions`."""
+_MODULES: Final = {
+    "CallbackError": "sunset_ros.rmw.core.port",
+    "Context": "sunset_ros.context",
+    "Future": "sunset_ros.task",
+    "Node": "sunset_ros.node",
+    "Parameter": "sunset_ros.parameter",
+}
+"""Class → its module; all else is in `executors`."""
 
 
 def __getattr__(name: str) -> object:
     """Import an attribute when it is used: the modules below import this package, and most need little of it."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_MODULES.get(name, "sunset_ros._functions")), name)
+    return getattr(import_module(_MODULES.get(name, "sunset_ros.executors")), name)
 
 
 def __dir__() -> list[str]:

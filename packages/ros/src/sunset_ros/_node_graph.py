@@ -2,13 +2,17 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
+from typing import TypeAlias
 
 from sunset_ros.exceptions import NodeNameNonExistentError
 from sunset_ros.rmw.core.node import Middleware
 from sunset_ros.rmw.core.port import EndpointInfo, EndpointKind, qualified_name
 from sunset_ros.rmw.core.qos import QoSProfile
 
-_TOPIC_KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
+NamesAndTypes: TypeAlias = list[tuple[str, list[str]]]
+TOPIC_KINDS = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,35 +48,27 @@ class NodeGraph:
         """Return (name, namespace) of all nodes."""
         return list(self._middleware.nodes())
 
-    def get_topic_names_and_types(self) -> list[tuple[str, list[str]]]:
+    def get_topic_names_and_types(self) -> NamesAndTypes:
         """Return (name, types) of all topics, sorted by name."""
-        return self._names_and_types(lambda info: info.kind in _TOPIC_KINDS)
+        return self._names_and_types(lambda info: info.kind in TOPIC_KINDS)
 
-    def get_service_names_and_types(self) -> list[tuple[str, list[str]]]:
+    def get_service_names_and_types(self) -> NamesAndTypes:
         """Return (name, types) of all services that are offered, sorted by name."""
         return self._names_and_types(lambda info: info.kind is EndpointKind.SERVICE)
 
-    def get_publisher_names_and_types_by_node(
-        self, node_name: str, node_namespace: str
-    ) -> list[tuple[str, list[str]]]:
+    def get_publisher_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
         """Return (topic, types) of a node's publishers; raise a `NodeNameNonExistentError` without such a node."""
         return self._of_node(EndpointKind.PUBLISHER, node_name, node_namespace)
 
-    def get_subscriber_names_and_types_by_node(
-        self, node_name: str, node_namespace: str
-    ) -> list[tuple[str, list[str]]]:
+    def get_subscriber_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
         """Return (topic, types) of a node's subscriptions; raise a `NodeNameNonExistentError` without such a node."""
         return self._of_node(EndpointKind.SUBSCRIPTION, node_name, node_namespace)
 
-    def get_service_names_and_types_by_node(
-        self, node_name: str, node_namespace: str
-    ) -> list[tuple[str, list[str]]]:
+    def get_service_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
         """Return (service, types) of a node's services; raise a `NodeNameNonExistentError` without such a node."""
         return self._of_node(EndpointKind.SERVICE, node_name, node_namespace)
 
-    def get_client_names_and_types_by_node(
-        self, node_name: str, node_namespace: str
-    ) -> list[tuple[str, list[str]]]:
+    def get_client_names_and_types_by_node(self, node_name: str, node_namespace: str) -> NamesAndTypes:
         """Return (service, types) of a node's clients; raise a `NodeNameNonExistentError` without such a node."""
         return self._of_node(EndpointKind.CLIENT, node_name, node_namespace)
 
@@ -102,9 +98,7 @@ class NodeGraph:
             if info.kind is kind
         ]
 
-    def _of_node(
-        self, kind: EndpointKind, node_name: str, node_namespace: str
-    ) -> list[tuple[str, list[str]]]:
+    def _of_node(self, kind: EndpointKind, node_name: str, node_namespace: str) -> NamesAndTypes:
         if (node_name, node_namespace) not in self._middleware.nodes():
             raise NodeNameNonExistentError(
                 f"There is no node {node_name!r} in the namespace {node_namespace!r} now."
@@ -113,9 +107,11 @@ class NodeGraph:
             lambda info: (info.kind, info.node_name, info.node_namespace) == (kind, node_name, node_namespace)
         )
 
-    def _names_and_types(self, wanted: Callable[[EndpointInfo], bool]) -> list[tuple[str, list[str]]]:
-        infos: Iterable[EndpointInfo] = filter(wanted, self._middleware.endpoints())
-        types: dict[str, set[str]] = {}
-        for info in infos:
-            types.setdefault(info.name, set()).add(info.type_name)
-        return [(name, sorted(types[name])) for name in sorted(types)]
+    def _names_and_types(self, wanted: Callable[[EndpointInfo], bool]) -> NamesAndTypes:
+        return list(names_and_types(filter(wanted, self._middleware.endpoints())).items())
+
+
+def names_and_types(infos: Iterable[EndpointInfo]) -> dict[str, list[str]]:
+    """Return the types of endpoints by topic or service, sorted."""
+    pairs = sorted({(info.name, info.type_name) for info in infos})
+    return {name: [kind for _, kind in group] for name, group in groupby(pairs, itemgetter(0))}

@@ -1,10 +1,9 @@
 """Parameters of nodes: declarations, checks, callbacks. It knows no network."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from sunset_ros._parameter_checks import refusal
 from sunset_ros.exceptions import (
     InvalidParameterException,
     InvalidParameterValueException,
@@ -19,8 +18,7 @@ from sunset_ros.interfaces.rcl_interfaces.msg import (
     ParameterValue,
     SetParametersResult,
 )
-from sunset_ros.names import validate_parameter_name
-from sunset_ros.parameter import Parameter
+from sunset_ros.parameter import Parameter, refusal
 from sunset_ros.texts import shorten, suggestion
 
 SetCallback = Callable[[list[Parameter]], SetParametersResult]
@@ -50,23 +48,21 @@ class Changes:
 class NodeParameters:
     """Parameter methods of `Node`, as in rclpy.
 
-    Args:
-        node: fully qualified name of the node, for errors.
-        overrides: values that win over the defaults of declarations.
-        allow_undeclared: whether parameters may be set that were not declared.
-        on_change: called with all changes.
+    Those that take names raise a `ParameterNotDeclaredException` if a parameter is not declared and must be.
+
+    `node` is its fully qualified name, for errors. Overrides win over the defaults of declarations, and `on_change` is
+    called with all changes.
     """
 
     def __init__(
         self,
         node: str,
-        overrides: Mapping[str, Parameter],
-        *,
+        overrides: Iterable[Parameter],
         allow_undeclared: bool,
         on_change: Callable[[Changes], object],
     ) -> None:
         self._parameters_of = node
-        self._parameter_overrides = overrides
+        self._parameter_overrides = {parameter.name: parameter for parameter in overrides}
         self._allow_undeclared_parameters = allow_undeclared
         self._on_parameter_change = on_change
         self._parameters: dict[str, Parameter] = {}
@@ -86,8 +82,7 @@ class NodeParameters:
         Args:
             name: its name.
             value: its default, or a `Parameter.Type` without default.
-            descriptor: describes it and limits its values; its type is the type of the default, unless
-                `dynamic_typing` is set.
+            descriptor: limits its values; its type is the type of the default, unless `dynamic_typing` is set.
             ignore_override: whether the default wins over the command line.
 
         Raises:
@@ -96,7 +91,10 @@ class NodeParameters:
             InvalidParameterTypeException: a parameter cannot hold the default.
             InvalidParameterValueException: descriptor or callbacks refuse the value.
         """
-        validate_parameter_name(name)
+        if not isinstance(name, str) or not name:
+            raise InvalidParameterException(
+                f"A parameter's name must be a text that is not empty, got {name!r}."
+            )
         if name in self._parameters:
             raise ParameterAlreadyDeclaredException(
                 f"Parameter {name!r} of {self._parameters_of} is declared already."
@@ -115,6 +113,11 @@ class NodeParameters:
                 f"Parameter {name!r} of {self._parameters_of} cannot be declared with {parameter.value!r}: {reason}"
             )
         return self._parameters[name]
+
+    def _declare_overrides(self) -> None:
+        for parameter in self._parameter_overrides.values():
+            if not self.has_parameter(parameter.name):
+                self.declare_parameter(parameter.name, parameter.value)
 
     def declare_parameters(
         self,
@@ -143,7 +146,6 @@ class NodeParameters:
         """Remove a parameter.
 
         Raises:
-            ParameterNotDeclaredException: it is not declared.
             ParameterImmutableException: it is read-only.
         """
         self._check_parameters_declared([name])
@@ -159,7 +161,6 @@ class NodeParameters:
         """Return a parameter.
 
         Raises:
-            ParameterNotDeclaredException: it is not declared.
             ParameterUninitializedException: it has a fixed type and was never set.
         """
         if name not in self._parameters and self._allow_undeclared_parameters:
@@ -186,29 +187,20 @@ class NodeParameters:
     def get_parameters_by_prefix(self, prefix: str) -> dict[str, Parameter]:
         """Return the parameters under a prefix, by the rest of their names."""
         start = f"{prefix}." if prefix else ""
-        return {
-            name[len(start) :]: parameter
-            for name, parameter in self._parameters.items()
-            if name.startswith(start)
-        }
+        under = [name for name in self._parameters if name.startswith(start)]
+        return {name.removeprefix(start): self._parameters[name] for name in under}
 
     def list_parameters(self, prefixes: Sequence[str], depth: int) -> ListParametersResult:
-        """Return the names of parameters under some prefixes.
+        """Return the names of parameters that equal a prefix or are below it; all if there are no prefixes.
 
-        Args:
-            prefixes: only names that equal a prefix or are below it; all names if empty.
-            depth: only names with so many parts at most, not counting the prefix; 0 for no limit.
+        They have at most `depth` parts, not counting the prefix; 0 is no limit.
         """
         names = [name for name in self._parameters if _is_listed(name, prefixes, depth)]
         found = {name.rpartition(_SEPARATOR)[0]: None for name in names if _SEPARATOR in name}
         return ListParametersResult(names=names, prefixes=list(found))
 
     def get_parameter_type(self, name: str) -> Parameter.Type:
-        """Return the type of a parameter's value.
-
-        Raises:
-            ParameterNotDeclaredException: it is not declared.
-        """
+        """Return the type of a parameter's value."""
         self._check_parameters_declared([name])
         parameter = self._parameters.get(name)
         return Parameter.Type.NOT_SET if parameter is None else parameter.type_
@@ -218,11 +210,7 @@ class NodeParameters:
         return [self.get_parameter_type(name) for name in names]
 
     def describe_parameter(self, name: str) -> ParameterDescriptor:
-        """Return a parameter's descriptor.
-
-        Raises:
-            ParameterNotDeclaredException: it is not declared.
-        """
+        """Return a parameter's descriptor."""
         if name not in self._descriptors and self._allow_undeclared_parameters:
             return ParameterDescriptor(name=name, dynamic_typing=True)
         if name not in self._descriptors:
@@ -237,7 +225,6 @@ class NodeParameters:
         """Change a parameter's descriptor, and return its value.
 
         Raises:
-            ParameterNotDeclaredException: it is not declared.
             ParameterImmutableException: it is read-only.
             InvalidParameterValueException: its value would not be admitted.
         """
@@ -255,19 +242,11 @@ class NodeParameters:
         return self._parameters[name].get_parameter_value()
 
     def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
-        """Set parameters individually, and return their results.
-
-        Raises:
-            ParameterNotDeclaredException: a parameter is not declared; earlier parameters are set.
-        """
+        """Set parameters individually, and return their results."""
         return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Set all of some parameters, or none.
-
-        Raises:
-            ParameterNotDeclaredException: a parameter is not declared.
-        """
+        """Set all of some parameters, or none."""
         self._check_parameters_declared(parameter.name for parameter in parameter_list)
         reason = self._store_parameters(list(parameter_list), declaring=False)
         return SetParametersResult(successful=reason is None, reason=shorten(reason or ""))

@@ -18,9 +18,7 @@ _SECTION = "ros__parameters"
 class Override:
     """The value that a parameter gets in the nodes that a pattern names.
 
-    Attributes:
-        nodes: fully qualified name; `*` stands for a part of it, `**` for any number of parts.
-        parameter: name and value.
+    `*` in the pattern of fully qualified names stands for a part, `**` for any number of parts.
     """
 
     nodes: str
@@ -29,6 +27,14 @@ class Override:
 
 class _Loader(yaml.SafeLoader):
     """YAML with ROS's idea of scalars: bool, integer, float and text; no dates, no base 60."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[object, object]:
+        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+        for index, (key, _) in enumerate(node.value):
+            if keys[index] in keys[:index]:
+                problem = f"{keys[index]!r} is given twice"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+        return super().construct_mapping(node, deep)
 
 
 _Loader.yaml_implicit_resolvers = {}
@@ -47,35 +53,11 @@ _Loader.add_constructor(
 )
 
 
-def _construct_int(_: yaml.Loader, node: yaml.ScalarNode) -> int:
-    text = str(node.value)
-    unsigned = text.lstrip("+-")
-    base = {"0x": 16, "0b": 2}.get(unsigned[:2].lower(), 10)
-    return int(text, base)
+_Loader.add_constructor("tag:yaml.org,2002:int", lambda _, node: _int_of(str(node.value)))
 
 
-_Loader.add_constructor("tag:yaml.org,2002:int", _construct_int)
-
-
-def _construct_unique_map(loader: yaml.SafeLoader, node: yaml.MappingNode) -> dict[object, object]:
-    result: dict[object, object] = {}
-    for key_node, value_node in node.value:
-        key = loader.construct_object(key_node, deep=True)
-        try:
-            duplicate = key in result
-        except TypeError:
-            raise yaml.constructor.ConstructorError(
-                None, None, "a key is not a scalar", key_node.start_mark
-            ) from None
-        if duplicate:
-            raise yaml.constructor.ConstructorError(
-                None, None, f"{key!r} is given twice", key_node.start_mark
-            )
-        result[key] = loader.construct_object(value_node, deep=True)
-    return result
-
-
-_Loader.add_constructor("tag:yaml.org,2002:map", _construct_unique_map)
+def _int_of(text: str) -> int:
+    return int(text, {"0x": 16, "0b": 2}.get(text.lstrip("+-")[:2], 10))
 
 
 def parse_value(text: str, what: str) -> Value:

@@ -5,88 +5,60 @@ from typing import TypeVar
 
 from sunset_ros._node_parameters import NodeParameters
 from sunset_ros.errors import ParameterError
-from sunset_ros.interfaces import Service
+from sunset_ros.exceptions import InvalidParameterTypeException, ParameterNotDeclaredException
+from sunset_ros.interfaces import Message, Service
+from sunset_ros.interfaces.rcl_interfaces import srv
 from sunset_ros.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
 from sunset_ros.interfaces.rcl_interfaces.msg import SetParametersResult
-from sunset_ros.interfaces.rcl_interfaces.srv import (
-    DescribeParameters,
-    GetParameters,
-    GetParameterTypes,
-    ListParameters,
-    SetParameters,
-    SetParametersAtomically,
-)
 from sunset_ros.parameter import Parameter
 
 _T = TypeVar("_T")
 
 
-class ParameterServices:
-    """Serves a node's parameters, as in rclpy.
+def parameter_services(node: NodeParameters) -> list[tuple[type[Service], str, Callable[..., Message]]]:
+    """Return type, name below the node's, and callback of each service.
 
-    An undeclared name, or a name without a value, empties the whole answer of a query. When parameters are set, each
-    has a result.
+    As in rclpy, an undeclared name, or a name without a value, empties the whole answer of a query. When parameters are
+    set, each has a result.
     """
 
-    def __init__(self, node: NodeParameters) -> None:
-        self._node = node
+    def describe(request: srv.DescribeParameters.Request, _: Message) -> Message:
+        return srv.DescribeParameters.Response(descriptors=_each(request.names, node.describe_parameter))
 
-    def callbacks(self) -> list[tuple[type[Service], str, Callable[..., object]]]:
-        """Return type, name below the node's, and callback of each service."""
-        return [
-            (DescribeParameters, "describe_parameters", self._describe),
-            (GetParameterTypes, "get_parameter_types", self._get_types),
-            (GetParameters, "get_parameters", self._get),
-            (ListParameters, "list_parameters", self._list),
-            (SetParameters, "set_parameters", self._set_each),
-            (SetParametersAtomically, "set_parameters_atomically", self._set_together),
-        ]
+    def get_types(request: srv.GetParameterTypes.Request, _: Message) -> Message:
+        types = _each(request.names, lambda name: node.get_parameter_type(name).value)
+        return srv.GetParameterTypes.Response(types=types)
 
-    def _describe(
-        self, request: DescribeParameters.Request, response: DescribeParameters.Response
-    ) -> DescribeParameters.Response:
-        response.descriptors = _each(request.names, self._node.describe_parameter)
-        return response
+    def get(request: srv.GetParameters.Request, _: Message) -> Message:
+        parameters = _each(request.names, node.get_parameter)
+        return srv.GetParameters.Response(values=[each.get_parameter_value() for each in parameters])
 
-    def _get_types(
-        self, request: GetParameterTypes.Request, response: GetParameterTypes.Response
-    ) -> GetParameterTypes.Response:
-        types = _each(request.names, lambda name: self._node.get_parameter_type(name).value)
-        return GetParameterTypes.Response(types=types) if types else response
+    def list_names(request: srv.ListParameters.Request, _: Message) -> Message:
+        return srv.ListParameters.Response(result=node.list_parameters(request.prefixes, request.depth))
 
-    def _get(
-        self, request: GetParameters.Request, response: GetParameters.Response
-    ) -> GetParameters.Response:
-        response.values = _each(
-            request.names, lambda name: self._node.get_parameter(name).get_parameter_value()
-        )
-        return response
-
-    def _list(
-        self, request: ListParameters.Request, response: ListParameters.Response
-    ) -> ListParameters.Response:
-        response.result = self._node.list_parameters(request.prefixes, request.depth)
-        return response
-
-    def _set_each(
-        self, request: SetParameters.Request, response: SetParameters.Response
-    ) -> SetParameters.Response:
-        response.results = [self._set([message]) for message in request.parameters]
-        return response
-
-    def _set_together(
-        self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
-    ) -> SetParametersAtomically.Response:
-        response.result = self._set(request.parameters)
-        return response
-
-    def _set(self, messages: list[ParameterMessage]) -> SetParametersResult:
+    def set_all(messages: list[ParameterMessage]) -> SetParametersResult:
         try:
-            parameters = [Parameter.from_parameter_msg(message) for message in messages]
-            self._node._check_parameters_declared(parameter.name for parameter in parameters)  # noqa: SLF001  part of the node
-        except ParameterError as error:  # the asker's mistake, and the answer says so
+            return node.set_parameters_atomically([Parameter.from_parameter_msg(each) for each in messages])
+        except (
+            InvalidParameterTypeException,
+            ParameterNotDeclaredException,
+        ) as error:  # the asker's mistake, and the answer says so
             return SetParametersResult(successful=False, reason=str(error))
-        return self._node.set_parameters_atomically(parameters)
+
+    def set_each(request: srv.SetParameters.Request, _: Message) -> Message:
+        return srv.SetParameters.Response(results=[set_all([message]) for message in request.parameters])
+
+    def set_together(request: srv.SetParametersAtomically.Request, _: Message) -> Message:
+        return srv.SetParametersAtomically.Response(result=set_all(request.parameters))
+
+    return [
+        (srv.DescribeParameters, "describe_parameters", describe),
+        (srv.GetParameterTypes, "get_parameter_types", get_types),
+        (srv.GetParameters, "get_parameters", get),
+        (srv.ListParameters, "list_parameters", list_names),
+        (srv.SetParameters, "set_parameters", set_each),
+        (srv.SetParametersAtomically, "set_parameters_atomically", set_together),
+    ]
 
 
 def _each(names: list[str], function: Callable[[str], _T]) -> list[_T]:

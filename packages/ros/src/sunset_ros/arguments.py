@@ -16,23 +16,14 @@ from sunset_ros.parameter import Parameter
 
 @dataclass(slots=True)
 class Arguments:
-    """The arguments after `--ros-args`.
+    """The arguments after `--ros-args`."""
 
-    Attributes:
-        remaps: rules in the order given; the first that matches is used.
-        overrides: values of parameters in the order given; the last that matches is used.
-        log_level: severity below which nothing is logged; None if not given.
-        log_to_stderr: whether logs go to stderr too; None if not given.
-        log_to_rosout: whether logs go to /rosout.
-        others: all other arguments.
-    """
-
-    remaps: list[RemapRule] = field(default_factory=list)
-    overrides: list[Override] = field(default_factory=list)
-    log_level: LoggingSeverity | None = None
-    log_to_stderr: bool | None = None
+    remaps: list[RemapRule] = field(default_factory=list)  #: in their order; the first that matches is used
+    overrides: list[Override] = field(default_factory=list)  #: likewise, but the last that matches is used
+    log_level: LoggingSeverity | None = None  #: below which nothing is logged; None if not given
+    log_to_stderr: bool | None = None  #: None if not given
     log_to_rosout: bool = True
-    others: list[str] = field(default_factory=list)
+    others: list[str] = field(default_factory=list)  #: all other arguments
 
     @classmethod
     def parse(cls, arguments: Sequence[str]) -> "Arguments":
@@ -59,11 +50,10 @@ class Arguments:
                 name, value = _FLAGS[word]
                 setattr(self, name, value)
             elif word in _OPTIONS:
-                try:
-                    value_of_option = next(words)
-                except StopIteration:
-                    raise UnknownROSArgsError(f"ROS argument {word} needs a value after it.") from None
-                _OPTIONS[word](self, value_of_option)
+                option_value = next(words, None)
+                if option_value is None:
+                    raise UnknownROSArgsError(f"ROS argument {word} needs a value after it.")
+                _OPTIONS[word](self, option_value)
             elif word != "--ros-args":
                 known = ", ".join([*_OPTIONS, *_FLAGS])
                 raise UnknownROSArgsError(

@@ -1,11 +1,21 @@
 """Clocks, as in `rclpy.clock`; they never sleep, since callbacks must not block."""
 
 from collections.abc import Callable
+from typing import Final
 
 from sunset_ros.context import Context, get_default_context
+from sunset_ros.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
+from sunset_ros.interfaces.stamps import ns_of
+from sunset_ros.logging import Logger
+from sunset_ros.rmw.core.node import NodeHandle
+from sunset_ros.rmw.core.port import SubscriptionHandle
+from sunset_ros.rmw.core.qos import QoSProfile, ReliabilityPolicy
 from sunset_ros.time import ClockType, Time
 
-__all__ = ["Clock", "ClockType", "ROSClock"]
+__all__ = ["Clock", "ClockType", "ROSClock", "TimeSource"]
+
+_END_NS: Final = 2**31 * 10**9
+"""The first time that a message cannot express."""
 
 
 class Clock:
@@ -66,3 +76,36 @@ class ROSClock(Clock):
     def now_ns(self) -> int:
         """Return the time in nanoseconds."""
         return super().now_ns() if self._override_ns is None else self._override_ns
+
+
+class TimeSource:
+    """Sets a node's clock from /clock while its parameter `use_sim_time` is true."""
+
+    def __init__(self, node: NodeHandle, clock: ROSClock, logger: Logger) -> None:
+        self._node = node
+        self._clock = clock
+        self._logger = logger
+        self._subscription: SubscriptionHandle | None = None
+
+    def use_sim_time(self, active: bool) -> None:
+        """Follow /clock, starting at 0 until something comes on it, or the system's clock."""
+        if active == (self._subscription is not None):
+            return
+        if self._subscription is None:
+            qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+            self._subscription = self._node.create_subscription(
+                ClockMessage, "/clock", qos, self._on_clock, label="on /clock"
+            )
+            self._clock.set_ros_time_override(Time())
+        else:
+            self._subscription.destroy()
+            self._subscription = None
+            self._clock.set_ros_time_override(None)
+
+    def _on_clock(self, message: ClockMessage) -> None:
+        now_ns = ns_of(message.clock)
+        if 0 <= now_ns < _END_NS:
+            self._clock.set_ros_time_override(Time(nanoseconds=now_ns, clock_type=ClockType.ROS_TIME))
+        else:
+            problem = f"/clock: dropped a time that cannot be, {now_ns} ns."
+            self._logger.warning(problem, throttle_duration_sec=10.0)

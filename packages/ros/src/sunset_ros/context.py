@@ -39,10 +39,9 @@ class Context:
         Args:
             args: the command line; `sys.argv` if None.
             domain_id: of the live middleware; ROS_DOMAIN_ID, else 0, if None.
-            middleware: the process's door to the network; the live middleware if None.
-            log_to_stderr: whether loggers write to stderr too, if the command line does not say; None for only on
-                the live middleware.
-            log_once: whether a message that a logger repeats is written to stderr only the first time.
+            middleware: such as a process of a simulation; the live middleware if None.
+            log_to_stderr: whether logs go to stderr, if the command line does not say; if None, only live.
+            log_once: whether a repeated message is written to stderr only the first time.
 
         Raises:
             MiddlewareError: the context is in use, or the live middleware cannot be set up as asked.

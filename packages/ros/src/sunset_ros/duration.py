@@ -1,11 +1,11 @@
 """Spans of time, as in `rclpy.duration`."""
 
-from functools import total_ordering
+from dataclasses import dataclass
 
 from sunset_ros.interfaces.builtin_interfaces.msg import Duration as DurationMessage
 
 
-@total_ordering
+@dataclass(frozen=True, order=True, slots=True, init=False)
 class Duration:
     """A span of time, in whole nanoseconds; may be negative.
 
@@ -13,35 +13,14 @@ class Duration:
     1500000000
     """
 
-    __slots__ = ("_nanoseconds",)
+    nanoseconds: int
 
     def __init__(self, *, seconds: float = 0, nanoseconds: float = 0) -> None:
-        self._nanoseconds = int(seconds * 10**9) + int(nanoseconds)
-
-    @property
-    def nanoseconds(self) -> int:
-        """The whole span in nanoseconds."""
-        return self._nanoseconds
-
-    def __repr__(self) -> str:
-        return f"Duration(nanoseconds={self._nanoseconds})"
-
-    def __eq__(self, other: object) -> bool:
-        if isinstance(other, Duration):
-            return self._nanoseconds == other._nanoseconds
-        return NotImplemented
-
-    def __lt__(self, other: object) -> bool:
-        if isinstance(other, Duration):
-            return self._nanoseconds < other._nanoseconds
-        return NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(self._nanoseconds)
+        object.__setattr__(self, "nanoseconds", int(seconds * 10**9) + int(nanoseconds))
 
     def to_msg(self) -> DurationMessage:
         """Return it as a message."""
-        seconds, nanoseconds = divmod(self._nanoseconds, 10**9)
+        seconds, nanoseconds = divmod(self.nanoseconds, 10**9)
         return DurationMessage(sec=seconds, nanosec=nanoseconds)
 
     @classmethod

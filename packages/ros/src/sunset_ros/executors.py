@@ -1,14 +1,16 @@
-"""Executors, as in `rclpy.executors`."""
+"""Executors, as in `rclpy.executors`, and the functions of the module `rclpy`."""
 
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, Self, TypeVar
 
-from sunset_ros._callbacks import callback_name, drive
 from sunset_ros.context import Context, get_default_context
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.exceptions import NotInitializedException
 from sunset_ros.node import Node
-from sunset_ros.task import Future
+from sunset_ros.rmw.core.node import Middleware
+from sunset_ros.signals import SignalHandlerOptions, install_signal_handlers
+from sunset_ros.task import Future, callback_name, drive
 
 T = TypeVar("T")
 
@@ -60,7 +62,7 @@ class SingleThreadedExecutor:
         callback: Callable[..., object] | Coroutine[object, None, object],
         *args: object,
         **kwargs: object,
-    ) -> Future[Any]:
+    ) -> Future[object]:
         """Call a function soon, as a callback of the first node; the future is done with its result.
 
         The function may be a coroutine function, and a coroutine may be given in its place.
@@ -70,7 +72,7 @@ class SingleThreadedExecutor:
         """
         if not self._nodes:
             raise MiddlewareError("An executor without nodes cannot run a task; add a node first.")
-        future: Future[Any] = Future()
+        future: Future[object] = Future()
         self._nodes[0].handle.post(
             lambda: drive(callback(*args, **kwargs) if callable(callback) else callback, future.set_result),
             f"{callback_name(callback)} (task)",
@@ -129,3 +131,79 @@ class SingleThreadedExecutor:
 
 def _nanoseconds(timeout_sec: float | None) -> int | None:
     return None if timeout_sec is None or timeout_sec < 0 else round(timeout_sec * 1e9)
+
+
+def init(
+    *,
+    args: Sequence[str] | None = None,
+    context: Context | None = None,
+    domain_id: int | None = None,
+    signal_handler_options: SignalHandlerOptions | None = None,
+    middleware: Middleware | None = None,
+) -> None:
+    """Join the network: see `Context.init` for the arguments and errors.
+
+    `signal_handler_options` say which signals shut the context down; by default all, but none for a context or a
+    middleware that is given.
+    """
+    (context or get_default_context()).init(args, domain_id=domain_id, middleware=middleware)
+    if signal_handler_options is None:
+        own = context is None and middleware is None
+        signal_handler_options = SignalHandlerOptions.ALL if own else SignalHandlerOptions.NO
+    install_signal_handlers(signal_handler_options, context=context)
+
+
+def shutdown(*, context: Context | None = None) -> None:
+    """Leave the network; see `Context.shutdown`."""
+    (context or get_default_context()).shutdown()
+
+
+def try_shutdown(*, context: Context | None = None) -> None:
+    """Leave the network if not done already."""
+    (context or get_default_context()).try_shutdown()
+
+
+def ok(*, context: Context | None = None) -> bool:
+    """Return whether the context is initialised and not shut down."""
+    return (context or get_default_context()).ok()
+
+
+def create_node(node_name: str, **options: Any) -> Node:
+    """Make a node; see `Node` for the options."""
+    return Node(node_name, **options)
+
+
+def spin(node: Node, executor: SingleThreadedExecutor | None = None) -> None:
+    """Run the callbacks of a node until its context is shut down; see `SingleThreadedExecutor.spin`."""
+    with _executor_of(node, executor) as executing:
+        executing.spin()
+
+
+def spin_once(
+    node: Node, *, executor: SingleThreadedExecutor | None = None, timeout_sec: float | None = None
+) -> None:
+    """Wait for a callback of a node and run it; see `SingleThreadedExecutor.spin_once`."""
+    with _executor_of(node, executor) as executing:
+        executing.spin_once(timeout_sec)
+
+
+def spin_until_future_complete(
+    node: Node,
+    future: Future[T],
+    executor: SingleThreadedExecutor | None = None,
+    timeout_sec: float | None = None,
+) -> None:
+    """Run the callbacks of a node until a future is done, its context is shut down, or time is over."""
+    with _executor_of(node, executor) as executing:
+        executing.spin_until_future_complete(future, timeout_sec)
+
+
+@contextmanager
+def _executor_of(node: Node, executor: SingleThreadedExecutor | None) -> Iterator[SingleThreadedExecutor]:
+    executor = executor or SingleThreadedExecutor(context=node.context)
+    added = executor.add_node(node)
+    try:
+        yield executor
+    finally:
+        if added:
+            executor.remove_node(node)

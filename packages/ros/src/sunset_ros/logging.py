@@ -24,34 +24,24 @@ class LoggingSeverity(IntEnum):
     FATAL = 50
 
 
-class LogSink(Protocol):
-    """Where the messages of a node's loggers go."""
+class _ClockLike(Protocol):
+    def now_ns(self) -> int: ...
 
-    def now_ns(self) -> int:
-        """The time by which messages are throttled."""
+
+class LogSink(_ClockLike, Protocol):
+    """Where the messages of a node's loggers go, and the time by which they are throttled."""
 
     def write(self, message: Log) -> None:
         """Take a message without a stamp."""
 
 
-class _ClockLike(Protocol):
-    def now_ns(self) -> int: ...
-
-
 class LogOptions(TypedDict, total=False):
-    """Whether a line of source that logs is skipped; lines are identified by file and number.
+    """Whether a line of source that logs is skipped; lines are identified by file and number."""
 
-    Attributes:
-        throttle_duration_sec: log from it at most once in so many seconds.
-        throttle_time_source_type: the clock for that; the node's if it is left out.
-        skip_first: do not log from it the first time.
-        once: log from it only once.
-    """
-
-    throttle_duration_sec: float | None
-    throttle_time_source_type: _ClockLike | None
-    skip_first: bool
-    once: bool
+    throttle_duration_sec: float | None  # log from it at most once in so many seconds
+    throttle_time_source_type: _ClockLike | None  # the clock for that; the node's if it is left out
+    skip_first: bool  # do not log from it the first time
+    once: bool  # log from it only once
 
 
 class Logger:

@@ -11,33 +11,45 @@ from typing import Final
 from sunset_ros.exceptions import (
     InvalidNamespaceException,
     InvalidNodeNameException,
-    InvalidParameterException,
     InvalidServiceNameException,
     InvalidTopicNameException,
     NameValidationException,
 )
 
-_TOKEN: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_ALLOWED: Final = re.compile(r"[A-Za-z0-9_/~{}]*")
-_SUBSTITUTIONS: Final = frozenset({"node", "ns", "namespace"})
+_KINDS: Final = (("topic name", InvalidTopicNameException), ("service name", InvalidServiceNameException))
 _MAX_LENGTH: Final = 255
 _MAX_TOPIC_LENGTH: Final = 247
 """DDS has names of at most 255 characters, of which ROS 2 keeps 8 for itself."""
 
+_PARTS: Final = (
+    (r"\A\Z", "must not be empty"),
+    (r"/(?=/)", "must not contain //"),
+    (r"/\Z", "must not end with a slash"),
+    (r"(?<![^/])[0-9]", "a part must not start with a digit"),
+)
+_NODE: Final = (*_PARTS, (r"[^A-Za-z0-9_]", "must not contain {!r}"))
+_NAMESPACE: Final = (
+    (r"\A(?!/)", "must start with a slash"),
+    *_PARTS,
+    (r"[^A-Za-z0-9_/]", "must not contain {!r}"),
+)
+_TOPIC: Final = (
+    (r"[^A-Za-z0-9_/~{}]", "must not contain {!r}"),
+    (r"(?<=\A~)[^/]", "a tilde must be followed by a slash"),
+    (r"\{\w+\}", "unknown substitution {}"),
+    *_PARTS,
+    (r"[{}]|(?!\A)~", "must not contain {!r}"),
+)
+"""Expressions that find an error in a name, and the rules that it breaks; `{}` is the text found."""
+
 
 @dataclass(frozen=True, slots=True)
 class RemapRule:
-    """Replaces a name by another.
+    """Replaces a name by another."""
 
-    Attributes:
-        source: the replaced name: a topic or service name, `__node` or `__ns`.
-        target: the new name.
-        node: the only node to which it applies, by its name without namespace; None for all.
-    """
-
-    source: str
-    target: str
-    node: str | None = None
+    source: str  #: the replaced name: a topic or service name, `__node` or `__ns`
+    target: str  #: the new name
+    node: str | None = None  #: the only node to which it applies, by its name without namespace; None for all
 
 
 def validate_node_name(node_name: str) -> None:
@@ -46,11 +58,8 @@ def validate_node_name(node_name: str) -> None:
     Raises:
         InvalidNodeNameException: it breaks the rules.
     """
-    _check_token(node_name, node_name, 0, "node name", InvalidNodeNameException)
-    if len(node_name) > _MAX_LENGTH:
-        raise InvalidNodeNameException(
-            "node name", node_name, f"longer than {_MAX_LENGTH} characters", _MAX_LENGTH
-        )
+    _check(node_name, node_name, _NODE, "node name", InvalidNodeNameException)
+    _check_length(node_name, _MAX_LENGTH, "node name", InvalidNodeNameException)
 
 
 def validate_namespace(namespace: str) -> None:
@@ -59,11 +68,8 @@ def validate_namespace(namespace: str) -> None:
     Raises:
         InvalidNamespaceException: it breaks the rules.
     """
-    kind = "namespace"
-    if not namespace.startswith("/"):
-        raise InvalidNamespaceException(kind, namespace, "must start with a slash", 0)
     if namespace != "/":
-        _check_tokens(namespace, namespace[1:], 1, kind, InvalidNamespaceException)
+        _check(namespace, namespace, _NAMESPACE, "namespace", InvalidNamespaceException)
 
 
 def validate_topic_name(name: str, *, is_service: bool = False) -> None:
@@ -73,34 +79,8 @@ def validate_topic_name(name: str, *, is_service: bool = False) -> None:
         InvalidTopicNameException: it breaks the rules.
         InvalidServiceNameException: likewise, for a service.
     """
-    kind, error = _kind(is_service=is_service)
-    if not name:
-        raise error(kind, name, "must not be empty", 0)
-    allowed = _ALLOWED.match(name)
-    end = allowed.end() if allowed else 0
-    if end < len(name):
-        raise error(kind, name, f"must not contain {name[end]!r}", end)
-    if name == "~":
-        return
-    start = 0
-    if name[0] == "~":
-        if name[1] != "/":
-            raise error(kind, name, "a tilde must be followed by a slash", 1)
-        start = 2
-    elif name[0] == "/":
-        start = 1
-    plain = re.sub(r"\{(\w+)\}", lambda match: _substitute_checked(match, name, kind, error), name[start:])
-    _check_tokens(name, plain, start, kind, error)
-
-
-def validate_parameter_name(name: str) -> None:
-    """Check the name of a parameter.
-
-    Raises:
-        InvalidParameterException: it is empty or no text.
-    """
-    if not isinstance(name, str) or not name:
-        raise InvalidParameterException(f"A parameter's name must be a text that is not empty, got {name!r}.")
+    plain = re.sub(r"\{(?:node|ns|namespace)\}", lambda match: "s" * len(match[0]), name)
+    _check(name, plain, _TOPIC, *_KINDS[is_service])
 
 
 def expand_name(name: str, node_name: str, namespace: str) -> str:
@@ -140,48 +120,27 @@ def resolve_name(
     """
     validate_topic_name(name, is_service=is_service)
     resolved = remap_name(expand_name(name, node_name, namespace), node_name, namespace, rules)
-    if len(resolved) > _MAX_TOPIC_LENGTH:
-        kind, error = _kind(is_service=is_service)
-        raise error(kind, resolved, f"longer than {_MAX_TOPIC_LENGTH} characters", _MAX_TOPIC_LENGTH)
+    _check_length(resolved, _MAX_TOPIC_LENGTH, *_KINDS[is_service])
     return resolved
 
 
-def _kind(*, is_service: bool) -> tuple[str, type[NameValidationException]]:
-    return (
-        ("service name", InvalidServiceNameException)
-        if is_service
-        else ("topic name", InvalidTopicNameException)
-    )
-
-
-def _substitute_checked(
-    match: re.Match[str], name: str, kind: str, error: type[NameValidationException]
-) -> str:
-    if match[1] not in _SUBSTITUTIONS:
-        raise error(kind, name, f"unknown substitution {match[0]}", name.index(match[0]))
-    return "s" * len(match[0])
-
-
-def _check_tokens(
-    whole: str, tokens: str, start: int, kind: str, error: type[NameValidationException]
+def _check(
+    name: str,
+    plain: str,
+    rules: Sequence[tuple[str, str]],
+    kind: str,
+    error: type[NameValidationException],
 ) -> None:
-    for token in tokens.split("/"):
-        if not token:
-            end = start >= len(whole)
-            raise error(kind, whole, "must not end with a slash" if end else "must not contain //", start - 1)
-        _check_token(whole, token, start, kind, error)
-        start += len(token) + 1
+    """Check a name by its form without substitutions."""
+    for pattern, rule in rules:
+        match = re.search(pattern, plain)
+        if match:
+            raise error(kind, name, rule.format(match[0]), match.start())
 
 
-def _check_token(whole: str, token: str, start: int, kind: str, error: type[NameValidationException]) -> None:
-    if not isinstance(whole, str) or not token:
-        raise error(kind, whole, "must not be empty", 0)
-    if token[0].isdigit():
-        raise error(kind, whole, "a part must not start with a digit", start)
-    match = _TOKEN.match(token)
-    end = match.end() if match else 0
-    if end < len(token):
-        raise error(kind, whole, f"must not contain {token[end]!r}", start + end)
+def _check_length(name: str, longest: int, kind: str, error: type[NameValidationException]) -> None:
+    if len(name) > longest:
+        raise error(kind, name, f"longer than {longest} characters", longest)
 
 
 def rename_node(node_name: str, namespace: str, rules: Sequence[RemapRule]) -> tuple[str, str]:

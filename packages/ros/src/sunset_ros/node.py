@@ -1,25 +1,21 @@
 """Nodes, as in `rclpy.node`."""
 
+import sys
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeVar, cast
+from typing import TypeAlias, TypeVar
 
-from sunset_ros._callbacks import callback_name, driven
 from sunset_ros._node_graph import NodeGraph
 from sunset_ros._node_parameters import Changes, NodeParameters
-from sunset_ros._parameter_services import ParameterServices
-from sunset_ros._rosout import NodeLogSink
-from sunset_ros._time_source import TimeSource
-from sunset_ros._type_descriptions import describe_type
+from sunset_ros._parameter_services import parameter_services
 from sunset_ros.arguments import Arguments, find_overrides
 from sunset_ros.callback_groups import CallbackGroup
 from sunset_ros.client import AnyClient, Client
-from sunset_ros.clock import Clock, ROSClock
+from sunset_ros.clock import Clock, ROSClock, TimeSource
 from sunset_ros.context import Context, get_default_context
 from sunset_ros.exceptions import NodeNameNonExistentError
 from sunset_ros.interfaces import Message
 from sunset_ros.interfaces import Service as ServiceType
-from sunset_ros.interfaces.rcl_interfaces.msg import Log, ParameterDescriptor, ParameterEvent
-from sunset_ros.interfaces.type_description_interfaces.srv import GetTypeDescription
+from sunset_ros.interfaces.rcl_interfaces.msg import Log, ParameterEvent
 from sunset_ros.logging import Logger, LoggingSeverity
 from sunset_ros.names import rename_node, resolve_name
 from sunset_ros.parameter import Parameter
@@ -35,16 +31,20 @@ from sunset_ros.rmw.core.port import EndpointKind
 from sunset_ros.rmw.core.qos import QoSProfile, incompatibility
 from sunset_ros.service import Service
 from sunset_ros.subscription import AnySubscription, Subscription
+from sunset_ros.task import callback_name, driven
 from sunset_ros.timer import Timer
 
 __all__ = ["Node", "NodeNameNonExistentError"]
 
 MessageT = TypeVar("MessageT", bound=Message)
-PartT = TypeVar("PartT", AnyPublisher, AnySubscription, AnyClient, Service, Timer)
+Part: TypeAlias = AnyPublisher | AnySubscription | AnyClient | Service | Timer
 
 
 class Node(NodeParameters, NodeGraph):
     """A participant of the graph.
+
+    Methods that take a name of a topic or service raise `InvalidTopicNameException` or `InvalidServiceNameException`
+    if it breaks the rules.
 
     Args:
         node_name: its name; the command line may replace it (`-r __node:=`).
@@ -90,25 +90,26 @@ class Node(NodeParameters, NodeGraph):
         self._rules = [rule for each in arguments for rule in each.remaps]
         name, namespace = rename_node(node_name, namespace or "/", self._rules)
         self.handle = self._middleware.create_node(name, namespace)
-        self._publishers: list[AnyPublisher] = []
-        self._subscriptions: list[AnySubscription] = []
-        self._clients: list[AnyClient] = []
-        self._services: list[Service] = []
-        self._timers: list[Timer] = []
+        self._parts: dict[Part, None] = {}  # by age
         self.default_callback_group = CallbackGroup()
         self._clock = ROSClock(context=self.context)
-        self._time_source = TimeSource(self.handle, self._clock, self._on_bad_time)
         self._logger = self._make_logger(enable_rosout)
+        self._time_source = TimeSource(self.handle, self._clock, self._logger)
         self.handle.warn = self._on_problem
         self._parameter_event_publisher = self.create_publisher(
             ParameterEvent, "/parameter_events", qos_profile_parameter_events
         )
-        overrides = find_overrides(arguments, self.get_fully_qualified_name())
-        self._set_up_parameters([*overrides, *(parameter_overrides or ())], allow_undeclared_parameters)
+        full_name = self.get_fully_qualified_name()
+        overrides = [*find_overrides(arguments, full_name), *(parameter_overrides or ())]
+        NodeParameters.__init__(
+            self, full_name, overrides, allow_undeclared_parameters, self._on_parameters_changed
+        )
+        self.declare_parameter("use_sim_time", False)
         if automatically_declare_parameters_from_overrides:
             self._declare_overrides()
         if start_parameter_services:
-            self._offer_parameters()
+            for srv_type, service, callback in parameter_services(self):
+                self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.get_fully_qualified_name()}>"
@@ -118,27 +119,27 @@ class Node(NodeParameters, NodeGraph):
     @property
     def publishers(self) -> Iterator[AnyPublisher]:
         """Its publishers."""
-        return iter(self._publishers)
+        return (part for part in self._parts if isinstance(part, Publisher))
 
     @property
     def subscriptions(self) -> Iterator[AnySubscription]:
         """Its subscriptions."""
-        return iter(self._subscriptions)
+        return (part for part in self._parts if isinstance(part, Subscription))
 
     @property
     def clients(self) -> Iterator[AnyClient]:
         """Its clients."""
-        return iter(self._clients)
+        return (part for part in self._parts if isinstance(part, Client))
 
     @property
     def services(self) -> Iterator[Service]:
         """Its services."""
-        return iter(self._services)
+        return (part for part in self._parts if isinstance(part, Service))
 
     @property
     def timers(self) -> Iterator[Timer]:
         """Its timers."""
-        return iter(self._timers)
+        return (part for part in self._parts if isinstance(part, Timer))
 
     def get_name(self) -> str:
         """Return its name, without namespace."""
@@ -179,16 +180,14 @@ class Node(NodeParameters, NodeGraph):
         qos_profile: QoSProfile | int,
         *,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
+        publisher_class: type[AnyPublisher] = Publisher,
     ) -> Publisher[MessageT]:
-        """Make a publisher on a topic; a whole number as QoS keeps the last so many messages.
-
-        Raises:
-            InvalidTopicNameException: the name breaks the rules.
-        """
+        """Make a publisher on a topic; a whole number as QoS keeps the last so many messages."""
         name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
         self._warn_of_mismatch(name, EndpointKind.PUBLISHER, qos)
-        publisher = Publisher(self.handle.create_publisher(msg_type, name, qos), msg_type, name, qos)
-        self._publishers.append(publisher)
+        handle = self.handle.create_publisher(msg_type, name, qos)
+        publisher: Publisher[MessageT] = publisher_class(handle, msg_type, name, qos)
+        self._parts[publisher] = None
         return publisher
 
     def create_subscription(
@@ -200,17 +199,13 @@ class Node(NodeParameters, NodeGraph):
         *,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
     ) -> Subscription[MessageT]:
-        """Call `callback(message)` for the messages on a topic; at most the QoS depth of them wait.
-
-        Raises:
-            InvalidTopicNameException: the name breaks the rules.
-        """
+        """Call `callback(message)` for the messages on a topic; at most the QoS depth of them wait."""
         name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
         self._warn_of_mismatch(name, EndpointKind.SUBSCRIPTION, qos)
         label = f"{callback_name(callback)} (subscription of {name})"
         handle = self.handle.create_subscription(msg_type, name, qos, driven(callback), label=label)
         subscription = Subscription(handle, msg_type, name, callback, qos)
-        self._subscriptions.append(subscription)
+        self._parts[subscription] = None
         return subscription
 
     def create_client(
@@ -221,34 +216,26 @@ class Node(NodeParameters, NodeGraph):
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
     ) -> AnyClient:
-        """Make a client of a service.
-
-        Raises:
-            InvalidServiceNameException: the name breaks the rules.
-        """
+        """Make a client of a service."""
         name = self.resolve_service_name(srv_name)
         client: AnyClient = Client(self.handle, srv_type, name, qos_profile)
-        self._clients.append(client)
+        self._parts[client] = None
         return client
 
     def create_service(
         self,
         srv_type: type[ServiceType],
         srv_name: str,
-        callback: Callable[[Any, Any], object],
+        callback: Callable[..., object],
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
     ) -> Service:
-        """Answer requests with the result of `callback(request, response)`, which may be a coroutine function.
-
-        Raises:
-            InvalidServiceNameException: the name breaks the rules.
-        """
+        """Answer requests with the result of `callback(request, response)`, which may be a coroutine function."""
         name = self.resolve_service_name(srv_name)
         label = f"{callback_name(callback)} (service {name})"
         service = Service(self.handle, srv_type, name, callback, qos_profile, label=label)
-        self._services.append(service)
+        self._parts[service] = None
         return service
 
     def create_timer(
@@ -270,37 +257,26 @@ class Node(NodeParameters, NodeGraph):
         )
         if not autostart:
             timer.cancel()
-        self._timers.append(timer)
+        self._parts[timer] = None
         return timer
 
-    def destroy_publisher(self, publisher: AnyPublisher) -> bool:
-        """Take a publisher off the graph; return whether it was this node's."""
-        return _destroy(publisher, self._publishers)
+    def destroy_publisher(self, part: Part) -> bool:
+        """Take a part off the graph; return whether it was this node's."""
+        if part not in self._parts:
+            return False
+        del self._parts[part]
+        part.destroy()
+        return True
 
-    def destroy_subscription(self, subscription: AnySubscription) -> bool:
-        """Take a subscription off the graph; return whether it was this node's."""
-        return _destroy(subscription, self._subscriptions)
-
-    def destroy_client(self, client: AnyClient) -> bool:
-        """Take a client off the graph; return whether it was this node's."""
-        return _destroy(client, self._clients)
-
-    def destroy_service(self, service: Service) -> bool:
-        """Take a service off the graph; return whether it was this node's."""
-        return _destroy(service, self._services)
-
-    def destroy_timer(self, timer: Timer) -> bool:
-        """Stop a timer for good; return whether it was this node's."""
-        return _destroy(timer, self._timers)
+    destroy_subscription = destroy_client = destroy_service = destroy_timer = destroy_publisher
 
     def destroy_node(self) -> None:
         """Leave the graph with everything that the node consists of."""
         self._log_sink.leave()
-        for timer in list(self._timers):
+        for timer in list(self.timers):
             self.destroy_timer(timer)
         self.handle.destroy()
-        for parts in (self._publishers, self._subscriptions, self._clients, self._services):
-            cast("list[object]", parts).clear()
+        self._parts.clear()
 
     # How it is made
 
@@ -309,15 +285,12 @@ class Node(NodeParameters, NodeGraph):
         arguments = self.context.arguments
         if enable_rosout and arguments.log_to_rosout:
             rosout = self.create_publisher(Log, "/rosout", qos_profile_rosout_default)
-        self._log_sink = sink = NodeLogSink(self.context, self._clock, rosout)
+        self._log_sink = sink = _LogSink(self.context, self._clock, rosout)
         name = self.get_fully_qualified_name().lstrip("/").replace("/", ".")
         return Logger(name, sink, arguments.log_level or LoggingSeverity.INFO)
 
     def _on_problem(self, problem: str) -> None:
         self._logger.warning(problem)
-
-    def _on_bad_time(self, problem: str) -> None:
-        self._logger.warning(problem, throttle_duration_sec=10.0)
 
     def _warn_of_mismatch(self, topic: str, kind: EndpointKind, qos: QoSProfile) -> None:
         for other in self._middleware.endpoints(topic):
@@ -332,45 +305,6 @@ class Node(NodeParameters, NodeGraph):
                     f"On {topic}, {mine} and {theirs} do not match: incompatible {policy}."  # noqa: G004  as in ROS
                 )
 
-    def _set_up_parameters(self, overrides: list[Parameter], allow_undeclared: bool) -> None:
-        NodeParameters.__init__(
-            self,
-            self.get_fully_qualified_name(),
-            {parameter.name: parameter for parameter in overrides},
-            allow_undeclared=allow_undeclared,
-            on_change=self._on_parameters_changed,
-        )
-        self.declare_parameter("use_sim_time", False)
-        self._offer_type_descriptions()
-
-    def _declare_overrides(self) -> None:
-        for parameter in self._parameter_overrides.values():
-            if not self.has_parameter(parameter.name):
-                self.declare_parameter(parameter.name, parameter.value)
-
-    def _offer_parameters(self) -> None:
-        for srv_type, service, callback in ParameterServices(self).callbacks():
-            self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
-
-    def _offer_type_descriptions(self) -> None:
-        """Serve `~/get_type_description` where other nodes of the network do, unless a parameter forbids it."""
-        if not self._middleware.describes_types:
-            return
-        descriptor = ParameterDescriptor(description="whether others can ask for its types", read_only=True)
-        if self.declare_parameter("start_type_description_service", True, descriptor).value:
-            self.create_service(GetTypeDescription, "~/get_type_description", self._answer_type_description)
-
-    def _answer_type_description(
-        self, request: GetTypeDescription.Request, response: GetTypeDescription.Response
-    ) -> GetTypeDescription.Response:
-        types = [
-            *(publisher.msg_type for publisher in self._publishers),
-            *(subscription.msg_type for subscription in self._subscriptions),
-            *(client.srv_type for client in self._clients),
-            *(service.srv_type for service in self._services),
-        ]
-        return describe_type(types, request, response)
-
     def _on_parameters_changed(self, changes: Changes) -> None:
         for parameter in [*changes.new, *changes.changed]:
             if parameter.name == "use_sim_time":
@@ -380,20 +314,44 @@ class Node(NodeParameters, NodeGraph):
     def _announce(self, changes: Changes, publisher: Publisher[ParameterEvent]) -> None:
         """Publish changes of parameters where the publisher has subscribers."""
         if publisher.handle.wanted:
+            kinds = (changes.new, changes.changed, changes.deleted)
+            new, changed, deleted = ([parameter.to_parameter_msg() for parameter in kind] for kind in kinds)
             publisher.publish(
                 ParameterEvent(
                     stamp=self._clock.now().to_msg(),
                     node=self.get_fully_qualified_name(),
-                    new_parameters=[parameter.to_parameter_msg() for parameter in changes.new],
-                    changed_parameters=[parameter.to_parameter_msg() for parameter in changes.changed],
-                    deleted_parameters=[parameter.to_parameter_msg() for parameter in changes.deleted],
+                    new_parameters=new,
+                    changed_parameters=changed,
+                    deleted_parameters=deleted,
                 )
             )
 
 
-def _destroy(part: PartT, parts: list[PartT]) -> bool:
-    if part not in parts:
-        return False
-    parts.remove(part)
-    part.destroy()
-    return True
+class _LogSink:
+    """Sends a node's log messages to /rosout, and to stderr if the context says so."""
+
+    def __init__(self, context: Context, clock: Clock, rosout: Publisher[Log] | None) -> None:
+        self._context = context
+        self._clock = clock
+        self._rosout = rosout
+        self._written: set[tuple[int, str, str]] = set()
+
+    def now_ns(self) -> int:
+        """Return the time by which messages are throttled, which no node can set."""
+        return self._context.middleware.steady_ns()
+
+    def leave(self) -> None:
+        """Send to /rosout no more: the node has left the graph."""
+        self._rosout = None
+
+    def write(self, message: Log) -> None:
+        """Send a message; once the context is shut down, to stderr only."""
+        if self._rosout is not None and self._context.ok():
+            message.stamp = self._clock.now().to_msg()
+            self._rosout.publish(message)
+        line = (message.level, message.name, message.msg)
+        if self._context.arguments.log_to_stderr and line not in self._written:
+            if self._context.log_once:
+                self._written.add(line)
+            severity, seconds = LoggingSeverity(message.level).name, self._clock.now_ns() / 1e9
+            sys.stderr.write(f"[{severity}] [{seconds:.9f}] [{message.name}]: {message.msg}\n")

@@ -2,15 +2,23 @@
 
 from array import array
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from enum import IntEnum
+from math import isclose
 from typing import TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from sunset_ros.exceptions import InvalidParameterTypeException
+from sunset_ros.interfaces.rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    ParameterType,
+    ParameterValue,
+)
 from sunset_ros.interfaces.rcl_interfaces.msg import Parameter as ParameterMessage
-from sunset_ros.interfaces.rcl_interfaces.msg import ParameterType, ParameterValue
 
 Value: TypeAlias = (
     bool | int | float | str | list[bytes] | list[bool] | list[int] | list[float] | list[str] | None
@@ -21,6 +29,7 @@ _Items: TypeAlias = Sequence[object] | npt.NDArray[np.generic]
 _INT64 = range(-(2**63), 2**63)
 
 
+@dataclass(frozen=True, slots=True, init=False, repr=False)
 class Parameter:
     """A name with a value of a fixed set of types.
 
@@ -85,7 +94,9 @@ class Parameter:
                 self in _ELEMENTS and actual in _ELEMENTS and len(cast("_Items", value)) == 0
             )
 
-    __slots__ = ("_name", "_type", "_value")
+    name: str
+    type_: Type
+    value: Value = field(hash=False)
 
     def __init__(self, name: str, type_: Type | None = None, value: object = None) -> None:
         if type_ is None:
@@ -99,52 +110,28 @@ class Parameter:
             raise InvalidParameterTypeException(
                 f"Parameter {name!r} must be {type_.name}, got {value!r}, which is {actual}."
             )
-        self._name = name
-        self._type = type_
-        self._value = _normalised(type_, value)
-        integers = self._value if isinstance(self._value, list) else [self._value]
+        normalised = _normalised(type_, value)
+        integers = normalised if isinstance(normalised, list) else [normalised]
         if any(isinstance(item, int) and item not in _INT64 for item in integers):
             raise InvalidParameterTypeException(f"Parameter {name!r} must fit into 64 bits, got {value!r}.")
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-        return self._name
-
-    @property
-    def type_(self) -> Type:
-        """The type of its value."""
-        return self._type
-
-    @property
-    def value(self) -> Value:
-        """Its value; None for not set."""
-        return self._value
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "type_", type_)
+        object.__setattr__(self, "value", normalised)
 
     def __repr__(self) -> str:
-        return f"Parameter(name={self._name!r}, type={self._type.name}, value={self._value!r})"
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Parameter):
-            return NotImplemented
-        return (self._name, self._type, self._value) == (other._name, other._type, other._value)
-
-    def __hash__(self) -> int:
-        return hash((self._name, self._type))
+        return f"Parameter(name={self.name!r}, type={self.type_.name}, value={self.value!r})"
 
     def get_parameter_value(self) -> ParameterValue:
         """Return the value as a message."""
-        message = ParameterValue(type=self._type.value)
-        if self._type is not Parameter.Type.NOT_SET:
-            dtype = _DTYPES.get(self._type)
-            setattr(
-                message, _field(self._type), self._value if dtype is None else np.array(self._value, dtype)
-            )
+        message = ParameterValue(type=self.type_.value)
+        if self.type_ is not Parameter.Type.NOT_SET:
+            dtype = _DTYPES.get(self.type_)
+            setattr(message, _field(self.type_), self.value if dtype is None else np.array(self.value, dtype))
         return message
 
     def to_parameter_msg(self) -> ParameterMessage:
         """Return name and value as a message."""
-        return ParameterMessage(name=self._name, value=self.get_parameter_value())
+        return ParameterMessage(name=self.name, value=self.get_parameter_value())
 
     @classmethod
     def from_parameter_msg(cls, param_msg: ParameterMessage) -> "Parameter":
@@ -188,6 +175,16 @@ def parameter_value_to_python(parameter_value: ParameterValue) -> Value:
     return _normalised(kind, getattr(parameter_value, _field(kind)))
 
 
+def scalar_of(parameter_value: ParameterValue) -> bool | int | float | str | None:
+    """Return the Python value of a message; None for a list, and for an unset value.
+
+    >>> scalar_of(ParameterValue(type=3, double_value=0.5)), scalar_of(ParameterValue(type=9, string_array_value=["a"]))
+    (0.5, None)
+    """
+    number = parameter_value.type
+    return getattr(parameter_value, _field(Parameter.Type(number))) if number in _SCALARS else None
+
+
 def _field(kind: Parameter.Type) -> str:
     """Return the field of `ParameterValue` that holds a value of a type, such as `bool_array_value`."""
     return f"{kind.name.lower()}_value"
@@ -203,3 +200,28 @@ def _normalised(kind: Parameter.Type, value: object) -> Value:
         return cast("Value", [item if type(item) is python else python(item) for item in items])
     scalar: Value = _SCALARS[kind](value)
     return scalar
+
+
+def refusal(parameter: Parameter, descriptor: ParameterDescriptor) -> str | None:
+    """Return the reason why a descriptor does not admit a value, or None if it does.
+
+    Whether it is read-only is the caller's to check, since a declaration sets such a parameter once.
+    """
+    expected, name, value = Parameter.Type(descriptor.type), parameter.name, parameter.value
+    if not descriptor.dynamic_typing and parameter.type_ is not expected:
+        return f"Wrong parameter type for {name}: expected {expected.name}, got {parameter.type_.name} ({value!r})."
+    is_double = parameter.type_ is Parameter.Type.DOUBLE
+    ranges: Sequence[FloatingPointRange | IntegerRange]
+    ranges = descriptor.floating_point_range if is_double else descriptor.integer_range
+    if not ranges or not isinstance(value, int | float) or isinstance(value, bool):
+        return None
+    low, high = sorted((ranges[0].from_value, ranges[0].to_value))
+    step, form = ranges[0].step, "g" if is_double else "d"
+    if value in {low, high} or (is_double and (isclose(value, low) or isclose(value, high))):
+        return None
+    if not low <= value <= high:  # also when it is not a number
+        return f"Parameter {name} must be from {low:{form}} to {high:{form}}, got {value:{form}}."
+    steps = (value - low) / (step or 1)
+    if step and not (isclose(steps, round(steps), abs_tol=1e-9) if is_double else (value - low) % step == 0):
+        return f"Parameter {name} must be {low:{form}} plus a multiple of {step:{form}}, got {value:{form}}."
+    return None

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 
-from sunset_ros._callbacks import drive
 from sunset_ros.interfaces import Message
 from sunset_ros.interfaces import Service as ServiceType
 from sunset_ros.rmw.core.node import NodeHandle, ServiceHandle
 from sunset_ros.rmw.core.port import RequestId
 from sunset_ros.rmw.core.qos import QoSProfile
+from sunset_ros.task import drive
 
 
 class Service:

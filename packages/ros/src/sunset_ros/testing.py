@@ -44,7 +44,11 @@ class World(Tap):
         return self.simulation.now / 1e9
 
     def start(
-        self, node_class: Callable[..., NodeT], *arguments: Any, args: Sequence[str] = (), **options: Any
+        self,
+        node_class: Callable[..., NodeT],
+        *arguments: object,
+        args: Sequence[str] = (),
+        **options: object,
     ) -> NodeT:
         """Start a process with a node, which `node_class(*arguments, **options)` makes.
 

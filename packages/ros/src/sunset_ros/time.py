@@ -1,5 +1,6 @@
 """Points in time, as in `rclpy.time`."""
 
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import total_ordering
 from typing import overload
@@ -19,6 +20,7 @@ class ClockType(IntEnum):
 
 
 @total_ordering
+@dataclass(frozen=True, slots=True, init=False, eq=False, repr=False)
 class Time:
     """A point in time of a clock type, in whole nanoseconds of at least 0.
 
@@ -26,7 +28,8 @@ class Time:
         ValueError: it would be negative.
     """
 
-    __slots__ = ("_clock_type", "_nanoseconds")
+    nanoseconds: int
+    clock_type: ClockType
 
     def __init__(
         self, *, seconds: float = 0, nanoseconds: float = 0, clock_type: ClockType = ClockType.SYSTEM_TIME
@@ -34,30 +37,20 @@ class Time:
         total = int(seconds * 10**9) + int(nanoseconds)
         if total < 0:
             raise ValueError(f"A point in time must be at least 0 ns, got {total}.")
-        self._nanoseconds = total
-        self._clock_type = clock_type
-
-    @property
-    def nanoseconds(self) -> int:
-        """Nanoseconds since the clock's epoch."""
-        return self._nanoseconds
-
-    @property
-    def clock_type(self) -> ClockType:
-        """The type of its clock."""
-        return self._clock_type
+        object.__setattr__(self, "nanoseconds", total)
+        object.__setattr__(self, "clock_type", clock_type)
 
     def seconds_nanoseconds(self) -> tuple[int, int]:
         """Return whole seconds, and the nanoseconds that remain."""
-        return divmod(self._nanoseconds, 10**9)
+        return divmod(self.nanoseconds, 10**9)
 
     def __repr__(self) -> str:
-        return f"Time(nanoseconds={self._nanoseconds}, clock_type={self._clock_type.name})"
+        return f"Time(nanoseconds={self.nanoseconds}, clock_type={self.clock_type.name})"
 
     def __add__(self, other: Duration) -> "Time":
         if not isinstance(other, Duration):
             return NotImplemented
-        return Time(nanoseconds=self._nanoseconds + other.nanoseconds, clock_type=self._clock_type)
+        return Time(nanoseconds=self.nanoseconds + other.nanoseconds, clock_type=self.clock_type)
 
     __radd__ = __add__
 
@@ -67,36 +60,26 @@ class Time:
     def __sub__(self, other: Duration) -> "Time": ...
     def __sub__(self, other: "Time | Duration") -> "Time | Duration":
         if isinstance(other, Time):
-            self._check_same_clock(other)
-            return Duration(nanoseconds=self._nanoseconds - other._nanoseconds)
+            if self.clock_type is not other.clock_type:
+                names = f"{self.clock_type.name}, {other.clock_type.name}"
+                raise TypeError(f"Times of different clocks cannot be compared: {names}.")
+            return Duration(nanoseconds=self.nanoseconds - other.nanoseconds)
         if isinstance(other, Duration):
-            return Time(nanoseconds=self._nanoseconds - other.nanoseconds, clock_type=self._clock_type)
+            return Time(nanoseconds=self.nanoseconds - other.nanoseconds, clock_type=self.clock_type)
         return NotImplemented
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Time):
-            return NotImplemented
-        self._check_same_clock(other)
-        return self._nanoseconds == other._nanoseconds
+        return (self - other).nanoseconds == 0 if isinstance(other, Time) else NotImplemented
 
     def __lt__(self, other: object) -> bool:
-        if not isinstance(other, Time):
-            return NotImplemented
-        self._check_same_clock(other)
-        return self._nanoseconds < other._nanoseconds
+        return (self - other).nanoseconds < 0 if isinstance(other, Time) else NotImplemented
 
     def __hash__(self) -> int:
-        return hash((self._nanoseconds, self._clock_type))
-
-    def _check_same_clock(self, other: "Time") -> None:
-        if self._clock_type is not other.clock_type:
-            raise TypeError(
-                f"Times of different clocks cannot be compared: {self._clock_type.name}, {other.clock_type.name}."
-            )
+        return hash((self.nanoseconds, self.clock_type))
 
     def to_msg(self) -> TimeMessage:
         """Return it as a message."""
-        return stamp_of(self._nanoseconds)
+        return stamp_of(self.nanoseconds)
 
     @classmethod
     def from_msg(cls, msg: TimeMessage, clock_type: ClockType = ClockType.ROS_TIME) -> "Time":

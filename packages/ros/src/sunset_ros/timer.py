@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-from sunset_ros._callbacks import driven
 from sunset_ros.clock import Clock, ROSClock
 from sunset_ros.rmw.core.node import NodeHandle
+from sunset_ros.task import driven
 
 
 class Timer:

@@ -161,7 +161,7 @@ def test_an_empty_parameter_file_says_nothing(tmp_path: Path) -> None:
         ("camera:\n  ros__parameters:\n    a: [1, x]\n", "parameter 'a' of /camera in"),
         ("camera:\n  ros__parameters:\n    a: 1\n    a: 2\n", "line 4 is not valid YAML: 'a' is given twice"),
         ("camera:\n  ros__parameters: {a: 1\n", "line 3 is not valid YAML"),
-        ("? [1]\n: 2\n", "line 1 is not valid YAML: a key is not a scalar"),
+        ("? [1]\n: 2\n", "line 1 is not valid YAML: found unhashable key"),
     ],
 )
 def test_a_malformed_parameter_file_is_refused(tmp_path: Path, text: str, message: str) -> None:

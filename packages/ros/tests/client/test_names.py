@@ -4,7 +4,6 @@ from sunset_ros.errors import SunsetError
 from sunset_ros.exceptions import (
     InvalidNamespaceException,
     InvalidNodeNameException,
-    InvalidParameterException,
     InvalidServiceNameException,
     InvalidTopicNameException,
 )
@@ -14,7 +13,6 @@ from sunset_ros.names import (
     resolve_name,
     validate_namespace,
     validate_node_name,
-    validate_parameter_name,
     validate_topic_name,
 )
 
@@ -89,12 +87,6 @@ def test_wrong_namespaces_are_refused(namespace: str) -> None:
 @pytest.mark.parametrize("namespace", ["/", "/uav", "/uav/front_1"])
 def test_right_namespaces_are_accepted(namespace: str) -> None:
     validate_namespace(namespace)
-
-
-@pytest.mark.parametrize("name", ["", None, 3])
-def test_wrong_parameter_names_are_refused(name: object) -> None:
-    with pytest.raises(InvalidParameterException, match="name must be a text that is not empty"):
-        validate_parameter_name(name)  # type: ignore[arg-type]
 
 
 def test_the_first_rule_that_matches_is_used() -> None:

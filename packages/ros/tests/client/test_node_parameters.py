@@ -104,6 +104,12 @@ def test_bad_declarations_are_refused(
     assert not node.has_parameter("p")
 
 
+@pytest.mark.parametrize("name", ["", None, 3])
+def test_wrong_names_are_refused(world: "World", name: object) -> None:
+    with pytest.raises(InvalidParameterException, match="name must be a text that is not empty"):
+        world.node().declare_parameter(name, 1)  # type: ignore[arg-type]
+
+
 def test_a_declaration_of_many_must_have_the_right_form(world: "World") -> None:
     with pytest.raises(TypeError, match=r"declared by \(name, value, descriptor\), got \(\)"):
         world.node().declare_parameters("", [()])

@@ -34,9 +34,7 @@ def run_node(domain_id: int, node: str, arguments: Sequence[str]) -> None:
     executor.spin()
 
 
-def run_remote_node(
-    door: socket.socket, node: str, arguments: Sequence[str], describes_types: bool = False
-) -> None:
+def run_remote_node(door: socket.socket, node: str, arguments: Sequence[str]) -> None:
     """Run a node of the network that is at the other end of a socket."""
 
     def make(process: RemoteProcess) -> None:
@@ -45,16 +43,14 @@ def run_remote_node(
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(NODES[node](context))
 
-    RemoteProcess(Pipe(door), make, describes_types=describes_types).serve()
+    RemoteProcess(Pipe(door), make).serve()
 
 
 def run_hosted_node(domain_id: int, node: str, arguments: Sequence[str]) -> None:
     """Be on DDS for a node at the other end of a socket, until it shuts its context down."""
     process = join_domain(domain_id).middleware
     ours, theirs = socket.socketpair()
-    threading.Thread(
-        target=run_remote_node, args=(theirs, node, arguments, process.describes_types), daemon=True
-    ).start()
+    threading.Thread(target=run_remote_node, args=(theirs, node, arguments), daemon=True).start()
     gateway = Gateway(process, Pipe(ours), limit_s=30.0, end=process.shutdown)
     gateway.start()
     while process.alive:

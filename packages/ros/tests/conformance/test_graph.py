@@ -12,7 +12,6 @@ PARAMETER_SERVICES = {
     "set_parameters": "rcl_interfaces/srv/SetParameters",
     "set_parameters_atomically": "rcl_interfaces/srv/SetParametersAtomically",
 }
-TYPE_SERVICES = {"get_type_description": "type_description_interfaces/srv/GetTypeDescription"}
 LIFECYCLE_SERVICES = {
     "change_state": "lifecycle_msgs/srv/ChangeState",
     "get_available_states": "lifecycle_msgs/srv/GetAvailableStates",
@@ -20,10 +19,6 @@ LIFECYCLE_SERVICES = {
     "get_state": "lifecycle_msgs/srv/GetState",
     "get_transition_graph": "lifecycle_msgs/srv/GetAvailableTransitions",
 }
-
-
-def of_every_node(harness: Harness) -> dict[str, str]:
-    return PARAMETER_SERVICES | (TYPE_SERVICES if harness.node.context.middleware.describes_types else {})
 
 
 def test_nodes_come_and_go(harness: Harness) -> None:
@@ -71,13 +66,13 @@ def test_a_node_that_is_not_there_cannot_be_asked_about(harness: Harness) -> Non
 
 def test_a_node_offers_the_services_of_every_node(harness: Harness) -> None:
     start(harness, "Talker")
-    expected = [(f"/talker/{name}", [kind]) for name, kind in sorted(of_every_node(harness).items())]
+    expected = [(f"/talker/{name}", [kind]) for name, kind in sorted(PARAMETER_SERVICES.items())]
     assert harness.spin(lambda: harness.node.get_service_names_and_types_by_node("talker", "/") == expected)
 
 
 def test_a_lifecycle_node_offers_the_lifecycle_services_too(harness: Harness) -> None:
     start(harness, "Managed")
-    both = {**of_every_node(harness), **LIFECYCLE_SERVICES}
+    both = {**PARAMETER_SERVICES, **LIFECYCLE_SERVICES}
     expected = [(f"/managed/{name}", [both[name]]) for name in sorted(both)]
     assert harness.spin(lambda: harness.node.get_service_names_and_types_by_node("managed", "/") == expected)
     offered = harness.node.get_service_names_and_types()

@@ -117,8 +117,6 @@ def test_parameters_are_listed(
     harness.start("Parametrised")
     client = harness.node.create_client(ListParameters, "/parametrised/list_parameters")
     response = harness.call(client, ListParameters.Request(prefixes=prefixes, depth=depth))
-    if not prefixes and harness.node.context.middleware.describes_types:
-        names = [names[0], "start_type_description_service", *names[1:]]
     assert (response.result.names, response.result.prefixes) == (names, found_prefixes)
 
 

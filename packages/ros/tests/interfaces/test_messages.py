@@ -17,7 +17,6 @@ from sunset_ros.interfaces.std_msgs.msg import Header, String
 
 DEFAULTS = {"bool": False, "byte": b"\0", "string": "", "float32": 0.0, "float64": 0.0}
 OWN_DEFAULTS = {
-    ("type_description_interfaces/srv/GetTypeDescription_Request", "include_type_sources"): True,
     ("geometry_msgs/msg/Quaternion", "w"): 1.0,
 }
 

@@ -66,10 +66,6 @@ def test_hashes_are_those_that_real_nodes_announce(name: str, expected: str) -> 
             "lifecycle_msgs/srv/ChangeState",
             "356fe34f0475a43acf54542013af4167b0e729f77ea22ffb045c6ad8e20668e5",
         ),
-        (
-            "type_description_interfaces/srv/GetTypeDescription",
-            "69b9c19c1021405984cc60dbbb1edceb147a6538b411d812ba6afabeed962cd5",
-        ),
     ],
 )
 def test_hashes_of_services_are_those_of_the_distribution(name: str, expected: str) -> None:

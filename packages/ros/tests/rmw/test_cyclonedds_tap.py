@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .conftest import Live
 
 S = 10**9
-IGNORED_SERVICES = ("parameter", "type_description")
+IGNORED_SERVICES = ("parameter",)
 
 
 class Notes(Tap):

@@ -1,14 +1,20 @@
 """The town: conditions and poses in, rendered frames with depth and labels out."""
 
-from sunset_town.camera import Pose
 from sunset_town.errors import MissingEmbreeError, TownError
-from sunset_town.flight import LENGTH_M, Flight, render_frames
+from sunset_town.flight import (
+    HEIGHTS_M,
+    LENGTH_M,
+    PITCHES_DEG,
+    Flight,
+    render_frames,
+    render_views,
+    training_views,
+)
 from sunset_town.frame import CARLA_IDS, DEPTH_RANGE_M, FRAME_SIZE, Frame
 from sunset_town.layout import TOWNS
 from sunset_town.light import TIMES, WEATHERS
-from sunset_town.renderer import RENDER_VERSION, View, render
+from sunset_town.renderer import RENDER_VERSION, Pose, View, render
 from sunset_town.town import Town, build_town
-from sunset_town.views import HEIGHTS_M, PITCHES_DEG, render_views, training_views
 
 __all__ = [
     "CARLA_IDS",

@@ -4,9 +4,8 @@ from typing import Final
 
 import numpy as np
 
+from sunset_town.frame import Pair
 from sunset_town.meshes import Colour, Finish, Material, Mesh, box, gable, hip, join, place, shell
-
-Size = tuple[float, float]
 
 FOUNDATION_M: Final = 3.0
 """Depth of walls below the ground floor, for slopes."""
@@ -61,7 +60,7 @@ def _varied(rng: np.random.Generator, colour: Colour) -> Colour:
 
 
 def pitched_roof(
-    rng: np.random.Generator, size: Size, height: float, wall: Finish, *, steep: float
+    rng: np.random.Generator, size: Pair, height: float, wall: Finish, *, steep: float
 ) -> list[Mesh]:
     """Return a gabled or hipped roof over the eaves' height: tiles or sheets, chimneys, windows, panels.
 
@@ -89,7 +88,7 @@ def _openings(rng: np.random.Generator, reach: float, slope: tuple[float, float,
     """Return solar panels on one side, or roof windows on both, or nothing."""
     y, height, rise = slope
 
-    def on_slope(low: float, high: float, shares: Size, side: int, finish: Finish) -> Mesh:
+    def on_slope(low: float, high: float, shares: Pair, side: int, finish: Finish) -> Mesh:
         bottom, top = ((side * y * (1 - share), height + rise * share + 0.12) for share in shares)
         return _panel((low, high), bottom, top, finish)
 
@@ -104,14 +103,14 @@ def _openings(rng: np.random.Generator, reach: float, slope: tuple[float, float,
     return []
 
 
-def _panel(along: Size, low: Size, high: Size, finish: Finish) -> Mesh:
+def _panel(along: Pair, low: Pair, high: Pair, finish: Finish) -> Mesh:
     """Return a tilted rectangle: its extent along x, then (y, z) of its lower and upper edge."""
     corners = [(along[0], *low), (along[1], *low), (along[1], *high), (along[0], *high)]
     return shell(np.array(corners, dtype=np.float32)[np.array([(0, 1, 2), (0, 2, 3)])], finish)
 
 
 def flat_roof(
-    rng: np.random.Generator, size: Size, height: float, wall: Finish, *, terrace: bool = False
+    rng: np.random.Generator, size: Pair, height: float, wall: Finish, *, terrace: bool = False
 ) -> list[Mesh]:
     """Return a roof surface within a parapet, with machines and a stair house unless it is a terrace."""
     x, y = size[0] / 2, size[1] / 2
@@ -134,7 +133,7 @@ def flat_roof(
     return parts
 
 
-def _plant(rng: np.random.Generator, half: Size, height: float, edge: Finish) -> list[Mesh]:
+def _plant(rng: np.random.Generator, half: Pair, height: float, edge: Finish) -> list[Mesh]:
     """Return a stair house, machines with ducts, and skylights or rows of panels."""
     x, y = half
     unit, dark = plain(_varied(rng, (0.66, 0.67, 0.68))), plain((0.3, 0.31, 0.32))
@@ -184,7 +183,7 @@ def _facade(rng: np.random.Generator, shares: tuple[float, ...]) -> Finish:
     return Finish(pick(rng, colours), "building", material)
 
 
-def _balconies(rng: np.random.Generator, size: Size, low: float, high: float) -> list[Mesh]:
+def _balconies(rng: np.random.Generator, size: Pair, low: float, high: float) -> list[Mesh]:
     """Return columns of balconies on both long sides, on every storey."""
     x, y = size[0] / 2, size[1] / 2
     rail = plain(pick(rng, ((0.75, 0.75, 0.74), (0.35, 0.36, 0.38), (0.6, 0.62, 0.6))))
@@ -199,7 +198,7 @@ def _balconies(rng: np.random.Generator, size: Size, low: float, high: float) ->
     return parts
 
 
-def _shops(rng: np.random.Generator, size: Size) -> list[Mesh]:
+def _shops(rng: np.random.Generator, size: Pair) -> list[Mesh]:
     """Return a glazed ground floor, some awnings in front of it."""
     x, y = size[0] / 2, size[1] / 2
     front = plain(pick(rng, CONCRETES), Material.SHOP)
@@ -213,7 +212,7 @@ def _shops(rng: np.random.Generator, size: Size) -> list[Mesh]:
     return parts
 
 
-def _wing(rng: np.random.Generator, size: Size, height: float, wall: Finish) -> list[Mesh]:
+def _wing(rng: np.random.Generator, size: Pair, height: float, wall: Finish) -> list[Mesh]:
     """Return walls with a cornice, standing on a foundation."""
     x, y = size[0] / 2, size[1] / 2
     parts = [box((-x, -y, -FOUNDATION_M), (x, y, height), wall)]
@@ -223,7 +222,7 @@ def _wing(rng: np.random.Generator, size: Size, height: float, wall: Finish) -> 
     return parts
 
 
-def apartment(rng: np.random.Generator, size: Size) -> Mesh:
+def apartment(rng: np.random.Generator, size: Pair) -> Mesh:
     """Return a block of flats of a given footprint in metres, 3 to 6 floors, of many shapes and roofs."""
     height = STOREY_M * int(rng.integers(3, 7))
     wall = _facade(rng, (0.58, 0.16, 0.16, 0.06, 0.04))
@@ -247,7 +246,7 @@ def apartment(rng: np.random.Generator, size: Size) -> Mesh:
     return join(*parts, *flat_roof(rng, size, height, wall))
 
 
-def tower(rng: np.random.Generator, size: Size) -> Mesh:
+def tower(rng: np.random.Generator, size: Pair) -> Mesh:
     """Return a high-rise of 20 to 38 m on a wider base, straight or set back."""
     x, y = size[0] / 2, size[1] / 2
     height = STOREY_M * int(rng.integers(6, 12))
@@ -269,7 +268,7 @@ def tower(rng: np.random.Generator, size: Size) -> Mesh:
     return join(*parts, *flat_roof(rng, size, height, wall))
 
 
-def house(rng: np.random.Generator, size: Size) -> Mesh:
+def house(rng: np.random.Generator, size: Pair) -> Mesh:
     """Return a house of one or two floors: pitched or flat roof, some with a wing, a terrace, a porch."""
     x, y = size[0] / 2, size[1] / 2
     height = float(rng.choice([3.2, 5.8]))
@@ -291,7 +290,7 @@ def house(rng: np.random.Generator, size: Size) -> Mesh:
     return join(*parts)
 
 
-def _cross_wing(size: Size, height: float, wall: Finish, cover: Mesh) -> list[Mesh]:
+def _cross_wing(size: Pair, height: float, wall: Finish, cover: Mesh) -> list[Mesh]:
     """Return a gabled wing across the house, which makes it an L, with a roof like the main roof, `cover`."""
     wide, length = size[0] * 0.42, size[1] / 2 + 2.2
     half = length / 2
@@ -306,7 +305,7 @@ def _cross_wing(size: Size, height: float, wall: Finish, cover: Mesh) -> list[Me
     return [place(wing, at, np.array([np.pi / 2], dtype=np.float32), ones, ones)]
 
 
-def hall(rng: np.random.Generator, size: Size) -> Mesh:
+def hall(rng: np.random.Generator, size: Pair) -> Mesh:
     """Return an industrial hall: low, wide, sheet metal, with skylights, sheds or solar panels."""
     x, y = size[0] / 2, size[1] / 2
     height = rng.uniform(6, 10)

@@ -7,6 +7,7 @@ from typing import Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+Pair: TypeAlias = tuple[float, float]
 Points: TypeAlias = npt.NDArray[np.float64]
 Reals: TypeAlias = npt.NDArray[np.float32]
 Ids: TypeAlias = npt.NDArray[np.uint8]
@@ -56,17 +57,11 @@ CARLA_IDS: Final = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The images of a moment, aligned pixel by pixel.
+    """The images of a moment, aligned pixel by pixel."""
 
-    Attributes:
-        rgb: colour image (H, W, 3) uint8 in the order blue, green, red.
-        depth: planar depth (H, W) uint16; counts * 1000 / 65535 is in metres, 65535 is out of range.
-        labels: the CARLA id of each pixel's class (H, W) uint8; 0 where the class is unknown.
-    """
-
-    rgb: Ids
-    depth: npt.NDArray[np.uint16]
-    labels: Ids
+    rgb: Ids  #: colour image (H, W, 3) uint8 in the order blue, green, red
+    depth: npt.NDArray[np.uint16]  #: planar (H, W); in counts of 1000 / 65535 m, 65535 is out of range
+    labels: Ids  #: the CARLA id of each pixel's class (H, W) uint8; 0 where the class is unknown
 
     @property
     def size(self) -> tuple[int, int]:

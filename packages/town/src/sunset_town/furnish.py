@@ -6,7 +6,7 @@ from typing import Final, TypeAlias
 import cv2
 import numpy as np
 
-from sunset_town.frame import Ids, Points, Reals
+from sunset_town.frame import Ids, Pair, Points, Reals
 from sunset_town.ground import Ground, Surface
 from sunset_town.layout import EXTENT_M, TownPlan
 from sunset_town.meshes import WHITE, Colour, Mesh, place
@@ -130,12 +130,12 @@ class Builder:
     def line(
         self,
         name: str,
-        start: tuple[float, float],
-        end: tuple[float, float],
+        start: Pair,
+        end: Pair,
         height: float,
         *,
         tint: Colour = WHITE,
-        level: Callable[[tuple[float, float]], float] | None = None,
+        level: Callable[[Pair], float] | None = None,
     ) -> None:
         """Put up a fence, wall or rail between two grid points that differ in one coordinate.
 
@@ -152,9 +152,9 @@ class Builder:
 
     def build(
         self,
-        make: Callable[[np.random.Generator, tuple[float, float]], Mesh],
-        uv: tuple[float, float],
-        size: tuple[float, float],
+        make: Callable[[np.random.Generator, Pair], Mesh],
+        uv: Pair,
+        size: Pair,
         *,
         turned: bool = False,
     ) -> bool:

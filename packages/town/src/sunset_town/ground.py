@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset_town.frame import CARLA_IDS, Ids, Points
+from sunset_town.frame import CARLA_IDS, Ids, Pair, Points
 from sunset_town.layout import EXTENT_M, Street, TownPlan
 
 SUBPIXEL_BITS: Final = 4
@@ -116,7 +116,7 @@ class Painter:
         """Fill the polygon with corners (N, 2)."""
         cv2.fillPoly(self.image, [self._pixels(uv)], int(surface), cv2.LINE_8, SUBPIXEL_BITS)
 
-    def quad(self, low: tuple[float, float], high: tuple[float, float], surface: Surface) -> None:
+    def quad(self, low: Pair, high: Pair, surface: Surface) -> None:
         """Fill a rectangle of the grid, bent as the town is."""
         (u0, v0), (u1, v1) = low, high
         count = 2 + int(max(u1 - u0, v1 - v0) / 6)
@@ -124,9 +124,7 @@ class Painter:
         sides = (us, v0), (u1, vs), (us[::-1], v1), (u0, vs[::-1])
         self.polygon(np.concatenate([np.column_stack(np.broadcast_arrays(*side)) for side in sides]), surface)
 
-    def strip(
-        self, street: Street, along: tuple[float, float], across: tuple[float, float], surface: Surface
-    ) -> None:
+    def strip(self, street: Street, along: Pair, across: Pair, surface: Surface) -> None:
         """Fill part of a street: positions along it, offsets across it, in metres."""
         s, c = along, (street.at + across[0], street.at + across[1])
         low, high = ((s[0], c[0]), (s[1], c[1])) if street.axis == 0 else ((c[0], s[0]), (c[1], s[1]))
@@ -137,7 +135,7 @@ class Painter:
         cells = [self._pixels(uv)]
         cv2.polylines(self.image, cells, isClosed=False, color=int(surface), shift=SUBPIXEL_BITS)
 
-    def ellipse(self, centre: tuple[float, float], radii: tuple[float, float], surface: Surface) -> None:
+    def ellipse(self, centre: Pair, radii: Pair, surface: Surface) -> None:
         """Fill an uneven ellipse."""
         angles = np.linspace(0, 2 * np.pi, 48, endpoint=False)
         wobble = 1 + 0.13 * np.sin(3 * angles + centre[0]) + 0.07 * np.sin(5 * angles + centre[1])

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset_town.errors import TownError
-from sunset_town.frame import Points
+from sunset_town.frame import Pair, Points
 from sunset_town.relief import Relief, Wave
 from sunset_town.seeding import generator
 
@@ -30,7 +30,6 @@ PAVEMENT_M: Final = 3.2
 AVENUE_M: Final = 12.0
 """A carriageway wider than this has four lanes."""
 
-Point = tuple[float, float]
 
 QUIET: Final = 0.62
 """Share of the side streets that are closed here and there."""
@@ -38,21 +37,11 @@ CLOSED: Final = 0.45
 """Share of such a street's stretches that are closed, where their junctions allow it."""
 
 
-class BlockKind(Enum):
-    """The use of a block between streets."""
-
-    TOWERS = "towers"
-    PERIMETER = "perimeter"
-    HOUSES = "houses"
-    PARK = "park"
-    PLAZA = "plaza"
-    PARKING = "parking"
-    INDUSTRY = "industry"
-    SITE = "site"
-    RIVERBANK = "riverbank"
-    RAILSIDE = "railside"
-    SPORT = "sport"
-    ALLOTMENTS = "allotments"
+BlockKind = Enum(
+    "BlockKind",
+    "TOWERS PERIMETER HOUSES PARK PLAZA PARKING INDUSTRY SITE RIVERBANK RAILSIDE SPORT ALLOTMENTS",
+)
+"""The use of a block between streets."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +49,9 @@ class Warp:
     """The map from a town's grid (u, v) to the world (x, y), both in metres."""
 
     angle: float
-    amplitudes: tuple[float, float]
-    wavelengths: tuple[float, float]
-    phases: tuple[float, float]
+    amplitudes: Pair
+    wavelengths: Pair
+    phases: Pair
 
     def points(self, uv: npt.ArrayLike) -> Points:
         """Return world points (..., 2) of grid points (..., 2)."""
@@ -112,16 +101,16 @@ class Block:
 
     index: int
     kind: BlockKind
-    low: Point
-    high: Point
+    low: Pair
+    high: Pair
 
     @property
-    def size(self) -> tuple[float, float]:
+    def size(self) -> Pair:
         """Extent along u and v in metres."""
         return self.high[0] - self.low[0], self.high[1] - self.low[1]
 
     @property
-    def sides(self) -> tuple[tuple[Point, Point], ...]:
+    def sides(self) -> tuple[tuple[Pair, Pair], ...]:
         """The two sides along u, then the two along v, each from its lower end."""
         (u0, v0), (u1, v1) = self.low, self.high
         return ((u0, v0), (u1, v0)), ((u0, v1), (u1, v1)), ((u0, v0), (u0, v1)), ((u1, v0), (u1, v1))
@@ -176,11 +165,9 @@ class TownPlan:
         return not any((axis, at) == (street.axis, street.at) for axis, at, _ in self.closed)
 
 
-def _lines(
-    rng: np.random.Generator, gaps: tuple[float, float], special: float
-) -> tuple[list[tuple[float, float]], int]:
+def _lines(rng: np.random.Generator, gaps: Pair, special: float) -> tuple[list[Pair], int]:
     """Return (position, width) of parallel streets, and the index of the gap that is `special` wide."""
-    lines: list[tuple[float, float]] = []
+    lines: list[Pair] = []
     at, chosen = -REACH_M, -1
     trigger = rng.uniform(-90, 60)
     while at < REACH_M:
@@ -287,7 +274,7 @@ class _Layout:
         )
 
 
-def _inside(line: tuple[float, float], side: int) -> float:
+def _inside(line: Pair, side: int) -> float:
     """Return the edge of the blocks on a side of a street of a given position and width."""
     return line[0] + side * (line[1] / 2 + PAVEMENT_M)
 

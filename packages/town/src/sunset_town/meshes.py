@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from sunset_town.frame import CARLA_IDS, Flags, Ids, Indices, Reals
+from sunset_town.frame import CARLA_IDS, Flags, Ids, Indices, Pair, Reals
 
 Colour = tuple[float, float, float]
 WHITE: Final[Colour] = (1.0, 1.0, 1.0)
@@ -135,7 +135,7 @@ def _triangulate(quads: Sequence[tuple[int, int, int, int]]) -> Indices:
     return np.array([tri for a, b, c, d in quads for tri in ((a, b, c), (a, c, d))])
 
 
-def gable(size: tuple[float, float], base: float, rise: float, finish: Finish, ends: Finish) -> Mesh:
+def gable(size: Pair, base: float, rise: float, finish: Finish, ends: Finish) -> Mesh:
     """Return a pitched roof over a rectangle, its ridge along x; the ends are walls."""
     corners = _roof_corners(size, (size[0] / 2, 0.0), base, rise)
     slopes = corners[_triangulate([(0, 1, 5, 4), (2, 3, 4, 5)])]
@@ -143,7 +143,7 @@ def gable(size: tuple[float, float], base: float, rise: float, finish: Finish, e
     return join(shell(slopes, finish), shell(walls, ends))
 
 
-def hip(size: tuple[float, float], base: float, rise: float, finish: Finish) -> Mesh:
+def hip(size: Pair, base: float, rise: float, finish: Finish) -> Mesh:
     """Return a roof over a rectangle that slopes to all four sides alike, its ridge along the longer side."""
     x, y = size[0] / 2, size[1] / 2
     corners = _roof_corners(size, (max(x - y, 0.0), max(y - x, 0.0)), base, rise)
@@ -155,7 +155,7 @@ def hip(size: tuple[float, float], base: float, rise: float, finish: Finish) -> 
     return shell(corners[np.array(faces)], finish)
 
 
-def _roof_corners(size: tuple[float, float], ridge: tuple[float, float], base: float, rise: float) -> Reals:
+def _roof_corners(size: Pair, ridge: Pair, base: float, rise: float) -> Reals:
     """Return the corners of the eaves and the ends of the ridge (6, 3); `ridge` is the (x, y) of the second end."""
     x, y = size[0] / 2, size[1] / 2
     eaves = [(-x, -y, base), (x, -y, base), (x, y, base), (-x, y, base)]
@@ -163,9 +163,7 @@ def _roof_corners(size: tuple[float, float], ridge: tuple[float, float], base: f
     return np.array([*eaves, *ends], dtype=np.float32)
 
 
-def cylinder(
-    radii: tuple[float, float], heights: tuple[float, float], finish: Finish, *, sides: int = 6
-) -> Mesh:
+def cylinder(radii: Pair, heights: Pair, finish: Finish, *, sides: int = 6) -> Mesh:
     """Return an upright frustum about the z axis with a lid; radii and heights are (bottom, top)."""
     angles = np.arange(sides) * (2 * np.pi / sides)
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from sunset_town.frame import Points
+from sunset_town.frame import Pair, Points
 
 WATER_M: Final = -2.6
 """Height of the river's water in metres; its banks lie near 0."""
@@ -28,7 +28,7 @@ class Wave:
     """A wave of the rolling land: height in metres, radians a metre along u and v, phase in radians."""
 
     height: float
-    along: tuple[float, float]
+    along: Pair
     phase: float
 
     def at(self, uv: Points) -> Points:
@@ -45,9 +45,9 @@ class Relief:
     waves: tuple[Wave, ...]  # of the rolling land
     river: float  # v of the river's middle in metres
     river_width: float  # of its water in metres
-    river_bend: tuple[float, float]  # amplitude of its bends in metres, and their phase
+    river_bend: Pair  # amplitude of its bends in metres, and their phase
     rail: float  # u of the railway's middle in metres
-    underpasses: tuple[tuple[float, float], ...]  # v and half the width of each, in metres
+    underpasses: tuple[Pair, ...]  # v and half the width of each, in metres
 
     def river_v(self, u: npt.ArrayLike) -> Points:
         """Return v of the river's middle at positions u."""

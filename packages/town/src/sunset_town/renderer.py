@@ -12,17 +12,60 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from sunset_town.camera import Pose, pixel_width, rays
-from sunset_town.facades import Surfaces, finish_solids
-from sunset_town.frame import CARLA_IDS, DEPTH_RANGE_M, FRAME_SIZE, Frame, Ids, Indices, Reals
+from sunset_town.frame import CARLA_IDS, DEPTH_RANGE_M, FRAME_SIZE, Frame, Ids, Indices, Points, Reals
 from sunset_town.ground import SURFACE_LABELS
 from sunset_town.layout import EXTENT_M
 from sunset_town.light import Light, Seen, light, shade
 from sunset_town.meshes import Material
 from sunset_town.seeding import generator
-from sunset_town.textures import ground_look
+from sunset_town.textures import Surfaces, finish_solids, ground_look
 from sunset_town.town import Solid, Town
-from sunset_town.vectors import dot, pick, put, zeros
+from sunset_town.vectors import dot, pick
+
+FIELD_OF_VIEW_DEG: Final = 90.0
+"""Horizontal angle of view in degrees."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """The place and direction of a camera."""
+
+    x: float  #: east of the town's centre in metres
+    y: float  #: north of it in metres
+    z: float  #: height above the ground in metres
+    heading: float  #: direction of view in radians, anticlockwise from east
+    pitch: float  #: angle of view below the horizon in radians, in [0, π/2]
+    roll: float = 0.0  #: turn about the line of sight in radians
+
+    def axes(self) -> Points:
+        """Return the unit vectors right, down and forward (3, 3) in world coordinates."""
+        ch, sh, cp, sp = np.cos(self.heading), np.sin(self.heading), np.cos(self.pitch), np.sin(self.pitch)
+        forward = np.array([ch * cp, sh * cp, -sp])
+        right = np.array([sh, -ch, 0.0])
+        down = np.array([-ch * sp, -sh * sp, -cp])
+        cr, sr = np.cos(self.roll), np.sin(self.roll)
+        return np.stack([right * cr + down * sr, down * cr - right * sr, forward])
+
+
+def rays(pose: Pose, size: tuple[int, int]) -> Reals:
+    """Return the directions (H·W + (H+1)·(W+1), 3) of the rays of a frame of H rows and W columns of pixels.
+
+    Rays through pixel centres come first, then rays through pixel corners, both row by row. A direction's component
+    along the line of sight is 1, so that a distance in units of the direction is the planar depth.
+    """
+    height, width = size
+    scale = float(2 * np.tan(np.radians(FIELD_OF_VIEW_DEG) / 2) / width)  # of pixels, at distance 1
+    axes = pose.axes()
+    parts = []
+    for extra, shift in ((0, 0.5), (1, 0.0)):
+        x = (np.arange(width + extra) + shift - width / 2) * scale
+        y = (np.arange(height + extra) + shift - height / 2) * scale
+        grid = np.empty((3, height + extra, width + extra), dtype=np.float32)
+        for axis, (right, down, forward) in enumerate(axes.T):
+            grid[axis] = forward + x * right + y[:, None] * down
+        parts.append(grid.reshape(3, -1))
+    return np.concatenate(parts, axis=1).T
+
 
 RENDER_VERSION: Final = 2
 """Increases whenever a rendered byte changes."""
@@ -55,11 +98,10 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """A town at a moment: the movers in view, if any, the rays (M,) that may meet them, and the light."""
+    """A town at a moment: the movers in view, if any, and the light."""
 
     town: Town
     moving: Solid | None
-    near: Indices
     light: Light
 
 
@@ -81,7 +123,7 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     directions = rays(view.pose, size)
     origin = np.array([view.pose.x, view.pose.y, view.pose.z], dtype=np.float32)
     sunlight = light(view.time, view.weather)
-    scene = _Scene(town, *_traffic(town, view, sunlight, size), sunlight)
+    scene = _Scene(town, _traffic(town, view, sunlight, size), sunlight)
     met = _meet(scene, origin, directions)
     seen, labels = _look(scene, met, origin, directions, size)
     colours = shade(seen, directions, scene.light)
@@ -93,8 +135,8 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     )
 
 
-def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> tuple[Solid | None, Indices]:
-    """Return the movers in view or near enough to cast a shadow into it, and the rays that may meet them."""
+def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> Solid | None:
+    """Return the movers in view or near enough to cast a shadow into it."""
     positions, headings = town.traffic.poses(view.time_s)
     pose = view.pose
     relative = positions - np.array([pose.x, pose.y, pose.z], dtype=np.float32)
@@ -106,30 +148,8 @@ def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> 
     seen = ahead & (np.abs(right) < reach) & (np.abs(down) < reach * (size[0] / size[1]) + margin)
     seen &= np.abs(positions[:, :2]).max(axis=1) < EXTENT_M
     seen &= forward < 400
-    mesh, corners, faces = town.traffic.mesh(positions, headings, seen)
-    seen &= forward > -radii
-    near = _rays_near(right[seen], down[seen], forward[seen], radii[seen], size)
-    return Solid(mesh, corners, faces) if len(mesh) else None, near
-
-
-def _rays_near(right: Reals, down: Reals, forward: Reals, radii: Reals, size: tuple[int, int]) -> Indices:
-    """Return the rays that may come as near as their radii (K,) to points (K,) of the camera's coordinates.
-
-    They pass through squares around the pictures of the balls: no point of a ball is seen farther from its
-    middle than radius · (1 + max(|right|, |down|) / forward) / (forward - radius).
-    """
-    height, width = size
-    ahead, close = np.maximum(forward, F(1e-3)), np.maximum(forward - radii, F(1e-3))
-    x, y = right / ahead, down / ahead
-    reach = radii * (1 + np.maximum(np.abs(x), np.abs(y))) / close
-    reach[forward - radii < 1] = np.inf
-    edges = np.stack([x - reach, x + reach, y - reach, y + reach], axis=1) / pixel_width(width)
-    edges += np.array([width / 2 - 1, width / 2 + 2, height / 2 - 1, height / 2 + 2])
-    bounds = np.clip(edges, 0, max(size) + 1).astype(np.int64)
-    mask = np.zeros((height + 1, width + 1), dtype=np.bool_)
-    for left, end, top, bottom in bounds.tolist():
-        mask[top:bottom, left:end] = True
-    return np.flatnonzero(np.concatenate([mask[:-1, :-1].ravel(), mask.ravel()]))
+    mesh = town.traffic.mesh(positions, headings, seen)
+    return Solid(mesh) if len(mesh) else None
 
 
 def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
@@ -140,10 +160,9 @@ def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
     kind[~known] = -1
     depth = np.where(known, distance, F(np.inf))
     if scene.moving is not None:
-        distance, other = scene.moving.meet(origins[: len(scene.near)], pick(directions, scene.near))
-        nearer = distance < depth[scene.near]
-        rows = scene.near[nearer]
-        kind[rows], depth[rows], triangle[rows] = 2, distance[nearer], other[nearer]
+        distance, other = scene.moving.meet(origins, directions)
+        nearer = distance < depth
+        kind[nearer], depth[nearer], triangle[nearer] = 2, distance[nearer], other[nearer]
     return _Met(kind, depth, triangle)
 
 
@@ -154,7 +173,8 @@ def _look(
     count = len(directions)
     reach = np.where(met.kind < 0, F(0), met.depth)
     points = origin + directions * reach[:, None]
-    normals, colours, gloss = zeros(count), zeros(count), np.zeros(count, dtype=F)
+    normals, colours = (np.zeros((count, 3), dtype=F, order="F") for _ in range(2))
+    gloss = np.zeros(count, dtype=F)
     normals[:, 2] = 1
     labels, lift = np.full(count, SKY, dtype=np.uint8), np.full(count, F(0.03))
     ground = np.flatnonzero(met.kind == 0)
@@ -163,8 +183,8 @@ def _look(
     surfaces = scene.town.ground.at(places[:, 0], places[:, 1], scene.town.terrain.bare.take(land))
     rippled = pick(scene.town.solid.normals, land)
     bare, gloss[ground] = ground_look(surfaces, places, rippled)
-    put(colours, ground, bare)
-    put(normals, ground, rippled)
+    colours[ground] = bare
+    normals[ground] = rippled
     labels[ground] = SURFACE_LABELS[surfaces]
     for kind, solid in ((1, scene.town.solid), (2, scene.moving)):
         rows = np.flatnonzero(met.kind == kind)
@@ -172,8 +192,8 @@ def _look(
             continue
         surface = _surfaces(solid, met, rows, points, directions)
         finish_solids(surface)
-        put(normals, rows, surface.normals)
-        put(colours, rows, surface.colours)
+        normals[rows] = surface.normals
+        colours[rows] = surface.colours
         gloss[rows] = surface.gloss
         labels[rows] = solid.labels.take(met.triangle[rows])
         lift[rows] = np.where(surface.materials == Material.FOLIAGE, F(0.3), F(0.03))

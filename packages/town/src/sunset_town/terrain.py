@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from sunset_town.frame import Flags, Points
+from sunset_town.frame import Flags, Pair, Points
 from sunset_town.layout import PAVEMENT_M, TownPlan
 from sunset_town.meshes import Finish, Mesh, shell
 from sunset_town.relief import BANK_M, CROWN_M
@@ -28,7 +28,7 @@ class Terrain:
     bare: Flags
 
 
-def rail_spans(plan: TownPlan) -> list[tuple[float, float]]:
+def rail_spans(plan: TownPlan) -> list[Pair]:
     """Return the ends along v of every railway bridge, in metres."""
     half = plan.relief.river_width / 2 + BANK_M + plan.relief.river_bend[0] + 1
     spans = [(at - wide - 1, at + wide + 1) for at, wide in plan.relief.underpasses]

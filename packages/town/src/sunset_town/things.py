@@ -16,6 +16,11 @@ RIBS: Final = Finish((0.75, 0.75, 0.75), "dynamic", tinted=True)
 BLACK: Final = Finish((0.16, 0.16, 0.17), "motorcycle", Material.PAINT)
 RUBBER: Final = Finish((0.18, 0.18, 0.19), "bicycle")
 TROUSERS: Final = Finish((0.22, 0.24, 0.3), "person")
+HAIR: Final = Finish((0.24, 0.19, 0.16), "person")
+TRUCK_BODY: Final = Finish((0.82, 0.82, 0.8), "truck", Material.METAL)
+BUS_ROOF: Final = Finish((0.86, 0.86, 0.84), "bus", Material.PAINT)
+SHRUB: Final = Finish((0.3, 0.42, 0.2), "vegetation", Material.FOLIAGE)
+RAIL: Final = Finish((0.74, 0.76, 0.78), "guard rail", Material.PAINT)
 
 
 def _paint(label: str) -> Finish:
@@ -83,12 +88,7 @@ MOVERS: Final = {
         *_wheels("car", (-1.6, 1.7), 0.88, 0.36),
     ),
     "truck": join(
-        box(
-            (-4.6, -1.25, 1.1),
-            (2.0, 1.25, 3.5),
-            Finish((0.82, 0.82, 0.8), "truck", Material.METAL),
-            bottom=True,
-        ),
+        box((-4.6, -1.25, 1.1), (2.0, 1.25, 3.5), TRUCK_BODY, bottom=True),
         box((-4.5, -1.0, 0.6), (4.2, 1.0, 1.1), Finish((0.2, 0.2, 0.22), "truck"), bottom=True),
         box((2.3, -1.22, 0.7), (4.4, 1.22, 1.9), _paint("truck")),
         taper((2.3, -1.2, 1.9), (4.4, 1.2, 2.6), (0, 0.25, 0.06), _glass("truck")),
@@ -99,12 +99,7 @@ MOVERS: Final = {
         box((-6, -1.27, 0.4), (6, 1.27, 1.35), _paint("bus"), bottom=True),
         taper((-5.97, -1.26, 1.35), (5.97, 1.26, 2.5), (0.06, 0.14, 0.05), _glass("bus")),
         box((-5.95, -1.24, 2.5), (5.87, 1.24, 2.78), _paint("bus")),
-        taper(
-            (-5.95, -1.24, 2.78),
-            (5.87, 1.24, 3.0),
-            (0.15, 0.2, 0.22),
-            Finish((0.86, 0.86, 0.84), "bus", Material.PAINT),
-        ),
+        taper((-5.95, -1.24, 2.78), (5.87, 1.24, 3.0), (0.15, 0.2, 0.22), BUS_ROOF),
         taper((-3.5, -0.8, 3.0), (-0.5, 0.8, 3.25), (0.1, 0.1, 0.1), Finish((0.62, 0.63, 0.65), "bus")),
         box((2, -0.5, 3.0), (3.2, 0.5, 3.15), Finish((0.62, 0.63, 0.65), "bus")),
         *_wheels("bus", (-3.6, 3.9), 1.13, 0.5),
@@ -128,9 +123,7 @@ MOVERS: Final = {
         taper((0.1, 0.02, 0), (0.36, 0.19, 0.85), (-0.16, 0.2, 0), TROUSERS),
         taper((-0.14, -0.24, 0.83), (0.14, 0.24, 1.46), (-0.02, -0.02, -0.06), _tinted("person")),
         box((-0.09, -0.1, 1.46), (0.13, 0.1, 1.64), Finish((0.6, 0.45, 0.36), "person")),
-        taper(
-            (-0.13, -0.11, 1.6), (0.11, 0.11, 1.78), (0.03, 0.03, 0.03), Finish((0.24, 0.19, 0.16), "person")
-        ),
+        taper((-0.13, -0.11, 1.6), (0.11, 0.11, 1.78), (0.03, 0.03, 0.03), HAIR),
     ),
     "carriage": join(
         box((-11, -1.35, 0.15), (11, 1.35, 0.6), Finish((0.2, 0.2, 0.21), "train"), bottom=True),
@@ -188,12 +181,7 @@ PROPS: Final = {
     ),
     "planter": join(
         cylinder((1.5, 1.6), (0, 0.7), Finish((0.45, 0.42, 0.38), "vegetation"), sides=8),
-        blob(
-            generator(1, "planter"),
-            (0, 0, 0.9),
-            (1.2, 1.2, 0.7),
-            Finish((0.3, 0.42, 0.2), "vegetation", Material.FOLIAGE),
-        ),
+        blob(generator(1, "planter"), (0, 0, 0.9), (1.2, 1.2, 0.7), SHRUB),
     ),
     "kiosk": join(
         box((-1.7, -1.4, 0), (1.7, 1.4, 2.4), KIOSK),
@@ -207,9 +195,7 @@ PROPS: Final = {
     "fence": box((-0.5, -0.07, 0), (0.5, 0.07, 1), _tinted("fence")),
     "wall": box((-0.5, -0.22, 0), (0.5, 0.22, 1), Finish(WHITE, "wall", Material.BRICK, tinted=True)),
     "hedge": box((-0.5, -0.5, 0), (0.5, 0.5, 1), Finish((0.26, 0.34, 0.2), "vegetation", Material.NEEDLES)),
-    "rail guard": box(
-        (-0.5, -0.15, 0), (0.5, 0.15, 1), Finish((0.74, 0.76, 0.78), "guard rail", Material.PAINT)
-    ),
+    "rail guard": box((-0.5, -0.15, 0), (0.5, 0.15, 1), RAIL),
     "pier": box((-0.5, -0.5, 0), (0.5, 0.5, 1), Finish((0.6, 0.58, 0.55), "bridge")),
 }
 """Meshes of street furniture, by name. Fence to pier are unit pieces, to be stretched."""
@@ -233,13 +219,8 @@ def _tree(kind: int) -> Mesh:
     trunk = Finish((0.3, 0.25, 0.2), "vegetation")
     if kind in CONIFERS:
         needles = Finish((0.72, 0.82, 0.8), "vegetation", Material.NEEDLES, tinted=True)
-        tiers = (
-            (0.23, 0.1, 0.42),
-            (0.2, 0.26, 0.58),
-            (0.165, 0.42, 0.74),
-            (0.12, 0.58, 0.88),
-            (0.07, 0.76, 1.0),
-        )
+        radii, lows = (0.23, 0.2, 0.165, 0.12, 0.07), (0.1, 0.26, 0.42, 0.58, 0.76)
+        tiers = zip(radii, lows, (0.42, 0.58, 0.74, 0.88, 1.0), strict=True)
         cones = [cylinder((radius, 0.01), (low, high), needles, sides=8) for radius, low, high in tiers]
         return join(cylinder((0.03, 0.03), (0, 0.2), trunk, sides=4), *cones)
     if kind == POPLAR:
@@ -251,13 +232,8 @@ def _tree(kind: int) -> Mesh:
 
 def _crown(rng: np.random.Generator, kind: int, leaves: Finish) -> list[Mesh]:
     """Return a round, broad, tall or loose crown: a core with clumps of leaves around it."""
-    crowns = (
-        (0.3, 0.3, 0.64, 0.3),
-        (0.38, 0.25, 0.66, 0.34),
-        (0.25, 0.34, 0.62, 0.28),
-        (0.3, 0.26, 0.66, 0.42),
-    )
-    wide, high, middle, loose = crowns[kind]
+    wide, high = ((0.3, 0.3), (0.38, 0.25), (0.25, 0.34), (0.3, 0.26))[kind]
+    middle, loose = ((0.64, 0.3), (0.66, 0.34), (0.62, 0.28), (0.66, 0.42))[kind]
     parts = [blob(rng, (0, 0, middle), (wide, wide, high), leaves, roughness=0.14)]
     for index in range(5):
         angle = index * 2.4 + rng.uniform(-0.4, 0.4)

@@ -7,14 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset_town.errors import MissingEmbreeError
-from sunset_town.fill import fill_blocks, plant_country
-from sunset_town.frame import Flags, Ids, Indices, Reals
+from sunset_town.fill import fill_blocks, furnish_railway, furnish_streets, plant_country
+from sunset_town.frame import Flags, Ids, Reals
 from sunset_town.furnish import Builder
 from sunset_town.ground import Ground
 from sunset_town.layout import TownPlan, plan_town
 from sunset_town.meshes import Mesh, join
 from sunset_town.paving import paint_ground
-from sunset_town.roadside import furnish_railway, furnish_streets
 from sunset_town.terrain import Terrain, make_terrain
 from sunset_town.traffic import Traffic, make_traffic
 
@@ -26,14 +25,11 @@ except ModuleNotFoundError:  # it has no wheels for some platforms
 
 
 class Solid:
-    """A mesh of T triangles, at least one, that rays can meet.
+    """A mesh of T triangles, at least one, that rays can meet."""
 
-    It takes less time with the distinct corners (V, 3), and the faces (T, 3): each triangle's indices of corners.
-    """
-
-    def __init__(self, mesh: Mesh, corners: Reals | None = None, faces: Indices | None = None) -> None:
+    def __init__(self, mesh: Mesh) -> None:
         self._scene = EmbreeScene()
-        self._geometry = TriangleMesh(self._scene, mesh.triangles if corners is None else corners, faces)
+        self._geometry = TriangleMesh(self._scene, mesh.triangles)
         first, second, third = (mesh.triangles[:, corner] for corner in range(3))
         normals = np.cross(second - first, third - first)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.float32(1e-9))

@@ -7,7 +7,6 @@ the time alone.
 """
 
 from dataclasses import dataclass
-from functools import cache
 from itertools import zip_longest
 from typing import Final, NamedTuple, TypeAlias
 
@@ -150,33 +149,14 @@ class Traffic:
         positions = np.column_stack([world, heights])
         return positions.astype(np.float32), (headings + np.where(signs < 0, np.pi, 0)).astype(np.float32)
 
-    def mesh(self, positions: Reals, headings: Reals, seen: Flags) -> tuple[Mesh, Reals, Indices]:
-        """Return a mesh of the movers that are `seen` (N,) at the given poses.
-
-        With it come its distinct corners (V, 3) and its faces (T, 3), each triangle's indices of corners.
-        """
+    def mesh(self, positions: Reals, headings: Reals, seen: Flags) -> Mesh:
+        """Return a mesh of the movers that are `seen` (N,) at the given poses."""
         parts: list[Mesh] = []
-        corners: list[Reals] = []
-        faces: list[Indices] = []
-        count = 0
         for index, name in enumerate(KINDS):
             chosen = np.flatnonzero(seen & (self.kinds == index))
             scales = np.ones((len(chosen), 3), dtype=np.float32)
             parts.append(place(MOVERS[name], positions[chosen], headings[chosen], scales, self.tints[chosen]))
-            first, own = _corners(name)
-            corners.append(parts[-1].triangles.reshape(len(chosen), own.size, 3)[:, first].reshape(-1, 3))
-            starts = count + len(first) * np.arange(len(chosen))
-            faces.append((own + starts[:, None, None]).reshape(-1, 3))
-            count += len(corners[-1])
-        return join(*parts), np.concatenate(corners), np.concatenate(faces)
-
-
-@cache
-def _corners(name: str) -> tuple[Indices, Indices]:
-    """Return the indices of a mover's distinct corners (V,), and each triangle's indices of these (T, 3)."""
-    points = MOVERS[name].triangles.reshape(-1, 3)
-    _, first, faces = np.unique(points, axis=0, return_index=True, return_inverse=True)
-    return first, faces.reshape(-1, 3)
+        return join(*parts)
 
 
 class _Hop(NamedTuple):

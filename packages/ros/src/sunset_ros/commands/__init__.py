@@ -4,9 +4,9 @@ import argparse
 import math
 import sys
 from collections.abc import Callable
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
-from sunset_ros.commands import graph, services, topics
+from sunset_ros.commands import graph, services
 from sunset_ros.commands.session import NotThereError
 
 __all__ = ["EXIT_NOT_THERE", "add_arguments"]
@@ -14,8 +14,61 @@ __all__ = ["EXIT_NOT_THERE", "add_arguments"]
 EXIT_NOT_THERE: Final = 1
 """The exit code where a name is not on the graph, or a request is refused."""
 
-_Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # noqa: SLF001  it has no other name
 _Command: TypeAlias = Callable[[argparse.Namespace], int | None]
+_Argument: TypeAlias = Callable[[argparse.ArgumentParser], object]
+
+
+def _argument(*names: str, **options: Any) -> _Argument:
+    """Return a function that adds an argument to a parser."""
+    return lambda parser: parser.add_argument(*names, **options)
+
+
+def _flag(*names: str, text: str) -> _Argument:
+    return _argument(*names, action="store_true", help=text)
+
+
+_NODE: Final = _argument("node", metavar="NODE", help="its full name, such as /managed_subsystem/camera")
+_NODE_IF_ANY: Final = _argument("node", nargs="?", metavar="NODE")
+_TOPIC: Final = _argument("topic", metavar="TOPIC")
+_PARAMETER: Final = _argument("parameter", metavar="PARAMETER")
+_VALUE: Final = _argument("value", metavar="VALUE", help="YAML, such as 0.5, true, rgb_camera or '[1, 2]'")
+_TRANSITION: Final = _argument(
+    "transition", metavar="TRANSITION", help="its label or number, such as deactivate"
+)
+_NAME: Final = _argument("service", metavar="NAME")
+_TYPE: Final = _argument("type", metavar="TYPE", help="such as std_srvs/srv/Trigger")
+_FIELDS: Final = _argument(
+    "values", nargs="?", default="{}", metavar="YAML", help="fields of the request (default: {})"
+)
+_TYPES: Final = _flag("-t", "--show-types", text="show the types too")
+_VERBOSE: Final = _flag("-v", "--verbose", text="show every publisher and subscription")
+_ONCE: Final = _flag("--once", text="print one message and end")
+_NO_ARRAYS: Final = _flag("--no-arr", text="print type and length of arrays instead of elements")
+
+_THINGS: Final = {
+    "node": "list and describe nodes",
+    "topic": "list, describe and listen to topics",
+    "param": "list, get and set parameters",
+    "lifecycle": "see and change states of nodes",
+    "service": "list and call services",
+}
+_ACTIONS: Final[tuple[tuple[str, _Command, str, list[_Argument]], ...]] = (
+    ("node list", graph.node_list, "list the nodes", []),
+    ("node info", graph.node_info, "show what a node consists of", [_NODE]),
+    ("topic list", graph.topic_list, "list the topics", [_TYPES]),
+    ("topic info", graph.topic_info, "show which nodes publish and subscribe", [_TOPIC, _VERBOSE]),
+    ("topic hz", graph.topic_hz, "measure how often messages come, until Ctrl-C", [_TOPIC]),
+    ("topic echo", graph.topic_echo, "print messages, until Ctrl-C", [_TOPIC, _ONCE, _NO_ARRAYS]),
+    ("param list", services.param_list, "list the parameters of a node, or of all", [_NODE_IF_ANY]),
+    ("param get", services.param_get, "print a parameter's value", [_NODE, _PARAMETER]),
+    ("param set", services.param_set, "set a parameter", [_NODE, _PARAMETER, _VALUE]),
+    ("lifecycle nodes", services.lifecycle_nodes, "list the nodes with a lifecycle", []),
+    ("lifecycle get", services.lifecycle_get, "print the state of a node, or of all", [_NODE_IF_ANY]),
+    ("lifecycle list", services.lifecycle_list, "list the transitions that a node can make now", [_NODE]),
+    ("lifecycle set", services.lifecycle_set, "request a transition of a node", [_NODE, _TRANSITION]),
+    ("service list", graph.service_list, "list the services", [_TYPES]),
+    ("service call", services.service_call, "call a service and print its response", [_NAME, _TYPE, _FIELDS]),
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,93 +78,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "not exist, or a node refused; 2: the command line cannot be used."
     )
     things = parser.add_subparsers(title="things", metavar="THING", required=True)
-    _add_node(_actions(things, "node", "list and describe nodes"))
-    _add_topic(_actions(things, "topic", "list, describe and listen to topics"))
-    _add_param(_actions(things, "param", "list, get and set parameters"))
-    _add_lifecycle(_actions(things, "lifecycle", "see and change states of nodes"))
-    _add_service(_actions(things, "service", "list and call services"))
+    actions = {}
+    for thing, text in _THINGS.items():
+        subparsers = things.add_parser(thing, help=text)
+        actions[thing] = subparsers.add_subparsers(title="actions", metavar="ACTION", required=True)
+    for words, command, text, arguments in _ACTIONS:
+        thing, name = words.split()
+        action = actions[thing].add_parser(name, help=text)
+        for add in arguments:
+            add(action)
+        _add_network(action)
+        action.set_defaults(execute=_reporting(command), program=action.prog.split()[0])
 
 
-def _add_node(actions: _Actions) -> None:
-    _add(actions, "list", graph.node_list, "list the nodes")
-    info = _add(actions, "info", graph.node_info, "show what a node consists of")
-    info.add_argument("node", metavar="NODE", help="its full name, such as /managed_subsystem/camera")
-
-
-def _add_topic(actions: _Actions) -> None:
-    _show_types(_add(actions, "list", graph.topic_list, "list the topics"))
-    info = _add(
-        actions, "info", graph.topic_info, "show which nodes publish on a topic and which subscribe to it"
-    )
-    info.add_argument("topic", metavar="TOPIC")
-    info.add_argument("-v", "--verbose", action="store_true", help="show every publisher and subscription")
-    rate = _add(actions, "hz", topics.topic_hz, "measure how often messages come, until Ctrl-C")
-    rate.add_argument("topic", metavar="TOPIC")
-    rate.add_argument(
-        "-w",
-        "--window",
-        type=_at_least_one,
-        default=10_000,
-        metavar="N",
-        help="average over so many messages (default: 10000)",
-    )
-    echo = _add(actions, "echo", topics.topic_echo, "print messages, until Ctrl-C")
-    echo.add_argument("topic", metavar="TOPIC")
-    echo.add_argument("--once", action="store_true", help="print one message and end")
-    echo.add_argument(
-        "--no-arr", action="store_true", help="print type and length of arrays instead of elements"
-    )
-    echo.add_argument(
-        "-f",
-        "--full-length",
-        action="store_true",
-        help="print all elements of long arrays, and long strings whole",
-    )
-
-
-def _add_param(actions: _Actions) -> None:
-    listing = _add(actions, "list", services.param_list, "list the parameters of a node, or of all")
-    listing.add_argument("node", nargs="?", metavar="NODE")
-    getting = _add(actions, "get", services.param_get, "print a parameter's value")
-    setting = _add(actions, "set", services.param_set, "set a parameter")
-    for parser in (getting, setting):
-        parser.add_argument("node", metavar="NODE")
-        parser.add_argument("parameter", metavar="PARAMETER")
-    setting.add_argument("value", metavar="VALUE", help="YAML, such as 0.5, true, rgb_camera or '[1, 2]'")
-
-
-def _add_lifecycle(actions: _Actions) -> None:
-    _add(actions, "nodes", services.lifecycle_nodes, "list the nodes with a lifecycle")
-    getting = _add(actions, "get", services.lifecycle_get, "print the state of a node, or of all")
-    getting.add_argument("node", nargs="?", metavar="NODE")
-    listing = _add(actions, "list", services.lifecycle_list, "list the transitions that a node can make now")
-    listing.add_argument("node", metavar="NODE")
-    setting = _add(actions, "set", services.lifecycle_set, "request a transition of a node")
-    setting.add_argument("node", metavar="NODE")
-    setting.add_argument("transition", metavar="TRANSITION", help="its label or number, such as deactivate")
-
-
-def _add_service(actions: _Actions) -> None:
-    _show_types(_add(actions, "list", graph.service_list, "list the services"))
-    call = _add(actions, "call", services.service_call, "call a service and print its response")
-    call.add_argument("service", metavar="NAME")
-    call.add_argument("type", metavar="TYPE", help="such as std_srvs/srv/Trigger")
-    call.add_argument(
-        "values", nargs="?", default="{}", metavar="YAML", help="fields of the request (default: {})"
-    )
-
-
-def _actions(things: _Actions, name: str, text: str) -> _Actions:
-    parser = things.add_parser(name, help=text)
-    return parser.add_subparsers(title="actions", metavar="ACTION", required=True)
-
-
-def _show_types(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-t", "--show-types", action="store_true", help="show the types too")
-
-
-def _add(actions: _Actions, name: str, command: _Command, text: str) -> argparse.ArgumentParser:
-    parser = actions.add_parser(name, help=text)
+def _add_network(parser: argparse.ArgumentParser) -> None:
     common = parser.add_argument_group("the network")
     common.add_argument(
         "--domain-id", type=int, metavar="N", help="the domain, 0 to 232 (default: ROS_DOMAIN_ID, else 0)"
@@ -128,14 +108,6 @@ def _add(actions: _Actions, name: str, command: _Command, text: str) -> argparse
         metavar="S",
         help="seconds within which other nodes must be found (default: 3)",
     )
-    parser.set_defaults(execute=_reporting(command), program=parser.prog.split()[0])
-    return parser
-
-
-def _at_least_one(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text!r}")
-    return int(text)
 
 
 def _seconds(text: str) -> float:

@@ -1,6 +1,7 @@
 """Messages as text, and back, in the forms that the `ros2` command line has for them."""
 
 import sys
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -10,53 +11,44 @@ from sunset_ros.errors import MALFORMED_YAML, InterfaceError, InvalidInputError
 from sunset_ros.interfaces import FieldType, Message, field_types, get_message, serialize, type_name
 
 _SHOWN: Final = 128
-"""The most elements of a sequence, and characters of a string, that are shown unless all are asked for."""
+"""The most elements of a sequence, and characters of a string, that are shown."""
 
 _IDL_NAMES: Final = {"float64": "double", "float32": "float", "bool": "boolean", "byte": "octet"}
 
 
-def message_to_yaml(message: Message, *, arrays: bool = True, whole: bool = False) -> str:
-    r"""Return a message as `ros2 topic echo` prints it.
-
-    Args:
-        message: the message.
-        arrays: whether arrays are shown by their elements instead of their type and length.
-        whole: whether long arrays and strings are shown whole.
+def message_to_yaml(message: Message, *, arrays: bool = True) -> str:
+    r"""Return a message as `ros2 topic echo` prints it; without `arrays`, they are shown by their type and length.
 
     >>> from sunset_ros.interfaces.std_msgs.msg import Header
     >>> message_to_yaml(Header(frame_id="camera"))
     'stamp:\n  sec: 0\n  nanosec: 0\nframe_id: camera\n'
     """
-    limit = sys.maxsize if whole else _SHOWN
-    plain = _plain_message(message, arrays=arrays, limit=limit)
+    plain = _plain_message(message, arrays)
     return yaml.safe_dump(
         plain, allow_unicode=True, width=sys.maxsize, sort_keys=False, default_flow_style=False
     )
 
 
-def _plain_message(message: Message, *, arrays: bool, limit: int) -> dict[str, object]:
-    return {
-        name: _plain(kind, getattr(message, name), arrays=arrays, limit=limit)
-        for name, kind in field_types(type(message)).items()
-    }
+def _plain_message(message: Message, arrays: bool) -> dict[str, object]:
+    fields = field_types(type(message))
+    return {name: _plain(kind, getattr(message, name), arrays) for name, kind in fields.items()}
 
 
-def _plain(kind: FieldType, value: object, *, arrays: bool, limit: int) -> object:
+def _plain(kind: FieldType, value: object, arrays: bool) -> object:
     if isinstance(value, Message):
-        return _plain_message(value, arrays=arrays, limit=limit)
+        return _plain_message(value, arrays)
     if isinstance(value, bytes):  # a single byte
         return value.decode("latin-1")
     if isinstance(value, str):
-        return value if len(value) <= limit else f"{value[:limit]}..."
+        return value if len(value) <= _SHOWN else f"{value[:_SHOWN]}..."
     if not isinstance(value, list | np.ndarray):
         return value
     if not arrays:
         return _abbreviated(kind, len(value))
-    shown = value[:limit]
+    shown = value[:_SHOWN]
     items = shown.tolist() if isinstance(shown, np.ndarray) else shown
-    element = FieldType(kind.base)
-    plain = [_plain(element, item, arrays=arrays, limit=limit) for item in items]
-    return plain if len(value) <= limit else [*plain, "..."]
+    plain = [_plain(kind, item, arrays) for item in items]
+    return plain if len(value) <= _SHOWN else [*plain, "..."]
 
 
 def _abbreviated(kind: FieldType, length: int) -> str:
@@ -90,11 +82,7 @@ def _repr(value: object) -> str:
 
 
 def message_from_yaml(text: str, kind: type[Message]) -> Message:
-    """Return the message whose fields a YAML mapping gives; fields that it does not name keep their defaults.
-
-    Args:
-        text: such as `{data: true}`; nothing at all is an empty mapping.
-        kind: the class of the message.
+    """Return the message of a class whose fields a YAML mapping gives; all others keep their defaults.
 
     >>> from sunset_ros.interfaces.lifecycle_msgs.srv import ChangeState
     >>> message_from_yaml("{transition: {label: configure}}", ChangeState.Request)
@@ -132,7 +120,7 @@ def _value(kind: FieldType, value: object, path: str) -> object:
     if kind.is_array:
         if not isinstance(value, list) or kind.is_numpy:
             return value
-        element = FieldType(kind.base)
+        element = replace(kind, is_array=False)
         return [_value(element, item, f"{path}[{index}]") for index, item in enumerate(value)]
     if kind.is_message:
         return _message(value, get_message(kind.base), path)

@@ -16,18 +16,6 @@ from sunset_ros.parameter import Parameter, parameter_value_to_python
 from sunset_ros.qos import qos_profile_parameters
 from sunset_ros.rmw.core.port import EndpointKind
 
-_LABELS = {
-    Parameter.Type.BOOL: "Boolean value is:",
-    Parameter.Type.INTEGER: "Integer value is:",
-    Parameter.Type.DOUBLE: "Double value is:",
-    Parameter.Type.STRING: "String value is:",
-    Parameter.Type.BYTE_ARRAY: "Byte values are:",
-    Parameter.Type.BOOL_ARRAY: "Boolean values are:",
-    Parameter.Type.INTEGER_ARRAY: "Integer values are:",
-    Parameter.Type.DOUBLE_ARRAY: "Double values are:",
-    Parameter.Type.STRING_ARRAY: "String values are:",
-}
-
 
 def service_call(arguments: argparse.Namespace) -> None:
     """Ask a service, and print the answer."""
@@ -81,7 +69,11 @@ def value_text(value: ParameterValue) -> str:
     'Integer value is: 2'
     """
     kind = Parameter.Type(value.type)
-    return f"{_LABELS[kind]} {parameter_value_to_python(value)}" if kind in _LABELS else "Parameter not set."
+    if kind is Parameter.Type.NOT_SET:
+        return "Parameter not set."
+    element, _, array = kind.name.partition("_")
+    name = "Boolean" if element == "BOOL" else element.capitalize()
+    return f"{name} {'values are' if array else 'value is'}: {parameter_value_to_python(value)}"
 
 
 def _parameters(graph: Session, node: str) -> str:

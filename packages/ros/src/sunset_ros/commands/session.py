@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, TypeVar
 
+from sunset_ros._node_graph import names_and_types
 from sunset_ros.context import Context
 from sunset_ros.executors import SingleThreadedExecutor
 from sunset_ros.interfaces import Message, Service
@@ -36,12 +37,9 @@ class NotThereError(Exception):
 
 
 class Session:
-    """A process on the graph, for one command.
+    """A process on the graph, for one command; others have `timeout_s` to be found.
 
-    Args:
-        middleware: the process.
-        timeout_s: how long others may take to be found.
-        check_signals: raises what a signal that has come asks for; called wherever this waits.
+    `check_signals` raises what a signal that has come asks for; it is called wherever this waits.
     """
 
     def __init__(self, middleware: Middleware, timeout_s: float, check_signals: Callable[[], None]) -> None:
@@ -89,11 +87,11 @@ class Session:
 
     def names_and_types(self, *kinds: EndpointKind, node: str = "") -> dict[str, list[str]]:
         """Return name → types of all endpoints of some kinds, or those of one node, sorted."""
-        types: dict[str, set[str]] = {}
-        for info in self.endpoints(kinds=kinds):
-            if not node or qualified_name(info.node_namespace, info.node_name) == node:
-                types.setdefault(info.name, set()).add(info.type_name)
-        return {name: sorted(types[name]) for name in sorted(types)}
+        return names_and_types(
+            info
+            for info in self.endpoints(kinds=kinds)
+            if not node or qualified_name(info.node_namespace, info.node_name) == node
+        )
 
     # Waiting
 
@@ -102,41 +100,29 @@ class Session:
         end_s = self.now_s + self._timeout_s
         known: object = None
         quiet_since_s = self.now_s
-        pause = threading.Event()
         while (now_s := self.now_s) < min(end_s, quiet_since_s + _QUIET_S):
             seen = (self.nodes(), self.endpoints())
             if seen != known:
                 known, quiet_since_s = seen, now_s
-            pause.wait(_LOOK_S)
+            threading.Event().wait(_LOOK_S)
             self._check_signals()
 
     def find(self, look: Callable[[], T], complaint: str) -> T:
-        """Wait until something is found, at most for the session's timeout.
-
-        Args:
-            look: returns what was found, or something false.
-            complaint: what to say otherwise.
-
-        Raises:
-            NotThereError: nothing was found.
-        """
-        found: list[T] = []
+        """Wait until `look()` is true, and return it; raise a `NotThereError` after the session's timeout."""
+        found = look()
 
         def seen() -> bool:
+            nonlocal found
             self._check_signals()
-            found[:] = [look()]
-            return bool(found[0])
+            found = look()
+            return bool(found)
 
         if not self._middleware.wait_for(seen, round(self._timeout_s * 1e9)):
             raise NotThereError(complaint)
-        return found[0]
+        return found
 
     def find_node(self, name: str) -> str:
-        """Return the full name of a node that is there.
-
-        Raises:
-            NotThereError: it is not.
-        """
+        """Return the full name of a node once it is there; see `find`."""
         full = absolute(name)
         self.find(lambda: full in self.nodes(), f"Unable to find node {full!r}.")
         return full
@@ -150,11 +136,7 @@ class Session:
         request: Message,
         qos: QoSProfile = qos_profile_services_default,
     ) -> Any:
-        """Return the response of a service.
-
-        Raises:
-            NotThereError: the service is not there, or does not answer.
-        """
+        """Return the response of a service; raise a `NotThereError` if it is not there or does not answer."""
         client = self.node.create_client(service_type, name, qos_profile=qos)
         try:
             kind = service_type.__ros_name__
@@ -172,12 +154,7 @@ class Session:
 
 @contextmanager
 def session(arguments: argparse.Namespace) -> Iterator[Session]:
-    """Join the graph as the options say; leave it at the end, on Ctrl-C and SIGTERM too.
-
-    Raises:
-        MissingExtraError: the extra `live` is not installed.
-        MiddlewareError: an option cannot be used, or the graph cannot be joined.
-    """
+    """Join the graph as the options say; leave it at the end, on Ctrl-C and SIGTERM too."""
     with (
         held_signals() as check,
         live_middleware().join(domain_id=arguments.domain_id, network=arguments.network) as middleware,
@@ -186,10 +163,7 @@ def session(arguments: argparse.Namespace) -> Iterator[Session]:
 
 
 def absolute(name: str) -> str:
-    """Return the full form of a name; one without a leading slash is in the root namespace.
-
-    Raises:
-        NameValidationException: it breaks the rules for names.
+    """Return the full form of a valid name; a name without a leading slash is in the root namespace.
 
     >>> absolute("managed_subsystem/camera")
     '/managed_subsystem/camera'

@@ -13,14 +13,7 @@ from typing import Final
 from sunset_ros.errors import InterfaceError
 
 NUMERIC: Final = (
-    "int8",
-    "uint8",
-    "int16",
-    "uint16",
-    "int32",
-    "uint32",
-    "int64",
-    "uint64",
+    *(f"{sign}int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "u")),
     "float32",
     "float64",
 )
@@ -29,6 +22,9 @@ NUMERIC: Final = (
 PRIMITIVES: Final = (*NUMERIC, "bool", "byte", "string")
 """All primitive types that a field may have after `char` was read as `uint8`."""
 
+PARTS: Final = ("Request", "Response")
+"""The messages of a service."""
+
 DUMMY_FIELD: Final = "structure_needs_at_least_one_member"
 """The name of the octet in a message without fields."""
 
@@ -36,26 +32,20 @@ _TYPE = re.compile(
     r"(?P<base>[A-Za-z]\w*(?:/[A-Za-z]\w*)?)(?:<=(?P<bound>\d+))?"
     r"(?P<array>\[(?:(?P<size>\d+)|<=(?P<limit>\d+))?\])?"
 )
+_CODE = re.compile(r"""(?:[^#'"]|'[^']*'|"[^"]*"|['"].*)*""")
+"""All of a line but its comment."""
 _LINE = re.compile(r"(?P<type>\S+)\s+(?P<name>[A-Za-z]\w*)\s*(?P<rest>.*)")
 
 
 @dataclass(frozen=True, slots=True)
 class FieldType:
-    """The type of a field.
+    """The type of a field."""
 
-    Attributes:
-        base: a primitive, or the full name of a message, such as `std_msgs/msg/Header`.
-        string_bound: the most bytes that a string may have, 0 for no bound.
-        is_array: whether it is an array or a sequence.
-        size: the exact number of elements of an array, None for a sequence.
-        limit: the most elements that a sequence may have, None for no limit.
-    """
-
-    base: str
-    string_bound: int = 0
-    is_array: bool = False
-    size: int | None = None
-    limit: int | None = None
+    base: str  #: a primitive, or the full name of a message, such as `std_msgs/msg/Header`
+    string_bound: int = 0  #: the most bytes that a string may have, 0 for no bound
+    is_array: bool = False  #: whether it is an array or a sequence
+    size: int | None = None  #: the exact number of elements of an array, None for a sequence
+    limit: int | None = None  #: the most elements that a sequence may have, None for no limit
 
     @property
     def is_message(self) -> bool:
@@ -144,7 +134,7 @@ def parse_message(text: str, name: str) -> Definition:
     constants: list[Constant] = []
     fields: list[Field] = []
     for number, line in enumerate(text.splitlines(), 1):
-        code = _without_comment(line)
+        code = _CODE.match(line)[0].strip()  # type: ignore[index]  # it matches any line
         if not code:
             continue
         match = _LINE.fullmatch(code)
@@ -158,40 +148,16 @@ def parse_message(text: str, name: str) -> Definition:
     return Definition(name, tuple(constants), tuple(fields))
 
 
-def parse_service(text: str, name: str) -> tuple[Definition, Definition]:
-    """Return the definitions of request and response in the text of a .srv file, by the service's full name.
-
-    Raises:
-        InterfaceError: the text does not have two parts, or a part is malformed.
-    """
-    request, response = split_service(text, name)
-    return parse_message(request, f"{name}_Request"), parse_message(response, f"{name}_Response")
-
-
 def split_service(text: str, name: str) -> tuple[str, str]:
     """Return the texts of request and response in the text of a .srv file, which a line of three dashes separates.
 
     Raises:
         InterfaceError: the text does not have two parts.
     """
-    parts = re.split(r"^---[ \t]*(?:\n|\Z)", text, flags=re.MULTILINE)
-    if len(parts) != 2:  # noqa: PLR2004  a service has two parts
-        raise InterfaceError(
-            f"{name} needs one line '---' between request and response, got {len(parts) - 1}."
-        )
-    return parts[0], parts[1]
-
-
-def _without_comment(line: str) -> str:
-    quote = ""
-    for index, letter in enumerate(line):
-        if quote:
-            quote = "" if letter == quote else quote
-        elif letter in "'\"":
-            quote = letter
-        elif letter == "#":
-            return line[:index].strip()
-    return line.strip()
+    request, *others = re.split(r"^---[ \t]*(?:\n|\Z)", text, flags=re.MULTILINE)
+    if len(others) != 1:
+        raise InterfaceError(f"{name} needs one line '---' between request and response, got {len(others)}.")
+    return request, others[0]
 
 
 def _scalar(text: str, base: str) -> bool | int | float | str | bytes:

@@ -1,17 +1,16 @@
 """Generates the typed Python modules of .msg and .srv files."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Final
 
 from sunset_ros.generator.classes import Structs, class_text
-from sunset_ros.generator.definitions import Definition, parse_message, parse_service
-
-__all__ = ["generate"]
+from sunset_ros.generator.definitions import PARTS, Definition, parse_message, split_service
 
 _WORDS: Final = {"msg": "messages", "srv": "services"}
 _LIBRARY: Final = "sunset_ros.interfaces"
-_HELPERS: Final = "_check", "_codec", "_message", "_values"
+_HELPERS: Final = "_codec", "_message", "_serialization"
 """The modules that generated code is made of."""
 
 
@@ -50,12 +49,13 @@ def _module(package: str, kind: str, files: Sequence[Path], homes: Mapping[str, 
         parsed = [
             parse_message(path.read_text(encoding="utf-8"), f"{package}/msg/{path.stem}") for path in files
         ]
-        definitions = list(_dependencies_first(parsed))
+        definitions = _dependencies_first(parsed)
         bodies = [class_text(definition, structs) for definition in definitions]
     else:
         for path in files:
             name = f"{package}/srv/{path.stem}"
-            parts = parse_service(path.read_text(encoding="utf-8"), name)
+            texts = split_service(path.read_text(encoding="utf-8"), name)
+            parts = [parse_message(text, f"{name}_{part}") for text, part in zip(texts, PARTS, strict=True)]
             definitions += parts
             bodies.append(_service(name, parts, structs))
     code = "\n\n".join(bodies)
@@ -65,10 +65,11 @@ def _module(package: str, kind: str, files: Sequence[Path], homes: Mapping[str, 
         _imports(f"{package}/{kind}", definitions, homes),
         f"__all__ = [\n{exports}]\n",
     ]
-    return "\n".join([*head, *structs.lines(), "", code])
+    packed = [f'{name} = Struct("<{letters}")' for letters, name in structs.items()]
+    return "\n".join([*head, *packed, *([""] if packed else []), "", code])
 
 
-def _service(name: str, parts: tuple[Definition, Definition], structs: Structs) -> str:
+def _service(name: str, parts: Sequence[Definition], structs: Structs) -> str:
     lines = [
         f"class {name.rpartition('/')[2]}(Service):",
         f'    """{name}."""',
@@ -76,7 +77,7 @@ def _service(name: str, parts: tuple[Definition, Definition], structs: Structs) 
         "    __slots__ = ()",
         f'    __ros_name__ = "{name}"',
     ]
-    for part, short in zip(parts, ("Request", "Response"), strict=True):
+    for part, short in zip(parts, PARTS, strict=True):
         lines.append("")
         text = class_text(part, structs, short)
         lines.extend(f"    {line}" if line else "" for line in text.splitlines())
@@ -102,14 +103,10 @@ def _imports(own: str, definitions: Iterable[Definition], homes: Mapping[str, st
     return "\n".join(lines) + "\n"
 
 
-def _dependencies_first(definitions: Sequence[Definition]) -> Iterator[Definition]:
-    waiting = {definition.name: definition for definition in definitions}
-
-    def emit(definition: Definition) -> Iterator[Definition]:
-        for field in definition.fields:
-            if field.type.base in waiting:
-                yield from emit(waiting.pop(field.type.base))
-        yield definition
-
-    while waiting:
-        yield from emit(waiting.pop(next(iter(waiting))))
+def _dependencies_first(definitions: Sequence[Definition]) -> list[Definition]:
+    by_name = {definition.name: definition for definition in definitions}
+    uses = {
+        definition.name: [field.type.base for field in definition.fields if field.type.base in by_name]
+        for definition in definitions
+    }
+    return [by_name[name] for name in TopologicalSorter(uses).static_order()]

@@ -13,17 +13,12 @@ Header(stamp=Time(sec=0, nanosec=0), frame_id='camera')
 from sunset_ros.generator.definitions import FieldType
 from sunset_ros.interfaces._message import Message, Service
 from sunset_ros.interfaces._registry import (
-    TypeDescription,
-    TypeFields,
-    field_defaults,
     field_types,
     get_message,
     get_service,
     message_definition,
-    type_description,
     type_hash,
     type_name,
-    type_source,
 )
 from sunset_ros.interfaces._serialization import deserialize, serialize
 
@@ -31,17 +26,12 @@ __all__ = [
     "FieldType",
     "Message",
     "Service",
-    "TypeDescription",
-    "TypeFields",
     "deserialize",
-    "field_defaults",
     "field_types",
     "get_message",
     "get_service",
     "message_definition",
     "serialize",
-    "type_description",
     "type_hash",
     "type_name",
-    "type_source",
 ]

@@ -1,4 +1,4 @@
-"""How the parts of a message look on the wire: plain XCDR1, little endian.
+"""The values in a message's fields, and how they look on the wire: plain XCDR1, little endian.
 
 A position counts from the start of the payload, whose first four bytes are the encapsulation header, while
 alignment counts from the fourth. The generated modules are composed of these functions; numbers that lie
@@ -7,16 +7,107 @@ side by side are packed at once by the `Struct` of their module.
 Source: OMG DDS-XTypes 1.3, section 7.4.1 (plain CDR, version 1).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence, Sized
 from struct import Struct
-from typing import Final, TypeVar
+from typing import Final, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from sunset_ros.errors import InterfaceError
 from sunset_ros.interfaces._message import Message
-from sunset_ros.interfaces._values import array_of, empty
+
+INT8: Final[np.dtype[np.int8]] = np.dtype("<i1")
+UINT8: Final[np.dtype[np.uint8]] = np.dtype("<u1")
+INT16: Final[np.dtype[np.int16]] = np.dtype("<i2")
+UINT16: Final[np.dtype[np.uint16]] = np.dtype("<u2")
+INT32: Final[np.dtype[np.int32]] = np.dtype("<i4")
+UINT32: Final[np.dtype[np.uint32]] = np.dtype("<u4")
+INT64: Final[np.dtype[np.int64]] = np.dtype("<i8")
+UINT64: Final[np.dtype[np.uint64]] = np.dtype("<u8")
+FLOAT32: Final[np.dtype[np.float32]] = np.dtype("<f4")
+FLOAT64: Final[np.dtype[np.float64]] = np.dtype("<f8")
+
+_T = TypeVar("_T", bound=np.generic)
+_M = TypeVar("_M", bound=Message)
+_I = TypeVar("_I")
+_S = TypeVar("_S", bound=Sized)
+
+
+_EMPTY: Final[dict[object, npt.NDArray[np.generic]]] = {}
+
+
+def empty(dtype: np.dtype[_T]) -> npt.NDArray[_T]:
+    """Return the shared empty array of a type, which is read-only."""
+    found = _EMPTY.get(dtype)
+    if found is None:
+        found = _EMPTY[dtype] = np.zeros(0, dtype)
+        found.flags.writeable = False
+    return cast("npt.NDArray[_T]", found)
+
+
+def array_of(value: npt.ArrayLike, dtype: np.dtype[_T]) -> npt.NDArray[_T]:
+    """Return `value` as a contiguous array (N,) of `dtype`: itself if it fits, else a converted copy."""
+    if isinstance(value, np.ndarray):
+        if value.dtype == dtype and value.ndim == 1 and value.flags.c_contiguous:
+            return value
+        array = value
+    elif isinstance(value, bytes | bytearray | memoryview) and dtype == UINT8:
+        return np.frombuffer(value, dtype)
+    else:
+        try:
+            array = np.asarray(value)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise InterfaceError(f"Expected a sequence of {dtype} values: {error}.") from error
+    if array.ndim != 1:
+        raise InterfaceError(f"Expected a one-dimensional array of {dtype}, got one of shape {array.shape}.")
+    if not array.size:
+        return empty(dtype)
+    _check_numbers(array, dtype)
+    return np.ascontiguousarray(array, dtype)
+
+
+def _check_numbers(array: npt.NDArray[np.number], dtype: np.dtype[_T]) -> None:
+    if array.dtype.kind not in ("iuf" if dtype.kind == "f" else "iu"):
+        raise InterfaceError(f"Expected an array of {dtype}, got one of {array.dtype}.")
+    if dtype.kind == "f":
+        finite = array[np.isfinite(array)]
+        if (
+            array.dtype.itemsize > dtype.itemsize
+            and finite.size
+            and abs(finite).max() > np.finfo(dtype.name).max
+        ):
+            raise InterfaceError(f"Expected numbers that fit {dtype}, got {abs(finite).max():g}.")
+        return
+    limits = np.iinfo(dtype.name)
+    low, high = array.min(), array.max()
+    if low < limits.min or high > limits.max:
+        raise InterfaceError(
+            f"Expected numbers from {limits.min} to {limits.max} in an array of {dtype}, got {low} to {high}."
+        )
+
+
+def frozen(value: npt.NDArray[_T], dtype: np.dtype[_T]) -> npt.NDArray[_T]:
+    """Return `value` as `array_of` does, marked read-only, so that messages may share it."""
+    if value.__class__ is not np.ndarray or value.dtype is not dtype or value.ndim != 1:
+        value = array_of(value, dtype)
+    value.flags.writeable = False
+    return value
+
+
+def at_most(value: _S, limit: int) -> _S:
+    """Return `value` if it has at most `limit` elements."""
+    if len(value) > limit:
+        raise InterfaceError(f"Expected at most {limit} elements, got {len(value)}.")
+    return value
+
+
+def exactly(value: _S, size: int) -> _S:
+    """Return `value` if it has exactly `size` elements."""
+    if len(value) != size:
+        raise InterfaceError(f"Expected {size} elements, got {len(value)}.")
+    return value
+
 
 BOOLS: Final = {True: True, False: False}
 """The values of a `bool` field."""
@@ -30,9 +121,6 @@ PAD8: Final = tuple(bytes((4 - position) % 8) for position in range(8))
 _SIZE: Final = Struct("<I")
 _pack_size = _SIZE.pack
 _unpack_size = _SIZE.unpack_from
-
-_T = TypeVar("_T", bound=np.generic)
-_M = TypeVar("_M", bound=Message)
 
 
 def write_size(out: bytearray, size: int) -> None:
@@ -77,21 +165,20 @@ def write_numbers(out: bytearray, value: npt.NDArray[_T], dtype: np.dtype[_T]) -
     data = array_of(value, dtype)
     if not data.size:
         return
-    if dtype.itemsize == 8:  # noqa: PLR2004  bytes
-        out += PAD8[len(out) & 7]
-    elif dtype.itemsize == 4:  # noqa: PLR2004
-        out += PAD4[len(out) & 3]
-    elif dtype.itemsize == 2:  # noqa: PLR2004
-        out += PAD2[len(out) & 1]
+    out += bytes((_start(dtype) - len(out)) % dtype.itemsize)
     out += data.data
 
 
 def read_numbers(raw: bytes, position: int, dtype: np.dtype[_T], size: int) -> tuple[npt.NDArray[_T], int]:
     """Return an array (size,) that looks at the payload's own bytes, and the position behind it."""
     item = dtype.itemsize
-    start = 4 if item == 8 else 0  # noqa: PLR2004  the header shifts the grid of 8 bytes, but no smaller grid
-    position = ((position - start + item - 1) & -item) + start
+    position += (_start(dtype) - position) % item
     return np.frombuffer(raw, dtype, size, position), position + size * item
+
+
+def _start(dtype: np.dtype[_T]) -> int:
+    """Return a position of elements: the header shifts the grid of 8 bytes, but no smaller grid."""
+    return 4 if dtype.itemsize == 8 else 0  # noqa: PLR2004
 
 
 def write_array(out: bytearray, value: npt.NDArray[_T], dtype: np.dtype[_T]) -> None:
@@ -144,15 +231,6 @@ def write_strings(out: bytearray, values: Sequence[str], bound: int = 0) -> None
         write_string(out, value, bound)
 
 
-def read_strings(raw: bytes, position: int, size: int) -> tuple[list[str], int]:
-    """Return a list of strings and the position behind it."""
-    values: list[str] = []
-    for _ in range(size):
-        value, position = read_string(raw, position)
-        values.append(value)
-    return values, position
-
-
 def write_messages(out: bytearray, values: Sequence[_M], kind: type[_M]) -> None:
     """Append the elements of a sequence of messages of a class, without their number."""
     encode = kind.encode_into
@@ -160,12 +238,13 @@ def write_messages(out: bytearray, values: Sequence[_M], kind: type[_M]) -> None
         encode(value, out)
 
 
-def read_messages(raw: bytes, position: int, size: int, kind: type[_M]) -> tuple[list[_M], int]:
-    """Return a list of messages and the position behind it."""
-    values: list[_M] = []
-    decode = kind.decode_from
+def read_items(
+    raw: bytes, position: int, size: int, read: Callable[[bytes, int], tuple[_I, int]]
+) -> tuple[list[_I], int]:
+    """Return a list of strings or messages, each of which `read` reads, and the position behind it."""
+    values: list[_I] = []
     for _ in range(size):
-        value, position = decode(raw, position)
+        value, position = read(raw, position)
         values.append(value)
     return values, position
 

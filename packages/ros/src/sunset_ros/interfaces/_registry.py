@@ -9,17 +9,10 @@ from importlib import import_module, resources
 from importlib.metadata import entry_points
 from itertools import count
 from pathlib import Path
-from typing import Final, TypedDict
+from typing import Final
 
 from sunset_ros.errors import InterfaceError
-from sunset_ros.generator.definitions import (
-    DUMMY_FIELD,
-    NUMERIC,
-    FieldType,
-    parse_message,
-    parse_type,
-    split_service,
-)
+from sunset_ros.generator.definitions import DUMMY_FIELD, NUMERIC, PARTS, FieldType, parse_type, split_service
 from sunset_ros.interfaces._message import Message, Service
 
 _FOLDER: Final = Path(__file__).parent
@@ -30,7 +23,6 @@ _TYPE_IDS: Final = dict(zip(NUMERIC, count(2), strict=False)) | {"bool": 15, "by
 _ARRAY, _BOUNDED_SEQUENCE, _SEQUENCE = 48, 96, 144
 """Offsets of an element's id; all ids are from type_description_interfaces/msg/FieldType."""
 
-_PARTS: Final = ("Request", "Response")
 _EVENT: Final = "Event"
 """The third message of a service in ROS 2, which introspection publishes."""
 _RULE: Final = "=" * 80
@@ -60,7 +52,7 @@ def get_message(name: str) -> type[Message]:
     'Image'
     """
     service, _, part = name.rpartition("_")
-    if part in _PARTS and "/srv/" in service:
+    if part in PARTS and "/srv/" in service:
         kind: object = getattr(get_service(service), part)
     else:
         kind = _find(name, "msg")
@@ -92,16 +84,13 @@ def _find(name: str, kind: str) -> object:
     return getattr(module, short) if module and short in module.__all__ else None
 
 
+@cache
 def _python_package(package: str) -> str | None:
     """Return the Python package of a ROS package: of this library, or registered by a distribution."""
     if (_FOLDER / package).is_dir():
         return f"sunset_ros.interfaces.{package}"
-    return _registered_packages().get(package)
-
-
-@cache
-def _registered_packages() -> dict[str, str]:
-    return {entry.name: entry.value for entry in entry_points(group="sunset_ros.interfaces")}
+    registered = entry_points(group="sunset_ros.interfaces")
+    return next((entry.value for entry in registered if entry.name == package), None)
 
 
 def field_types(kind: type[Message]) -> dict[str, FieldType]:
@@ -110,36 +99,11 @@ def field_types(kind: type[Message]) -> dict[str, FieldType]:
     return {name: parse_type(text, package) for name, text in kind.__ros_fields__.items()}
 
 
-class _FieldType(TypedDict):
-    type_id: int
-    capacity: int
-    string_capacity: int
-    nested_type_name: str
-
-
-class _Field(TypedDict):
-    name: str
-    type: _FieldType
-
-
-class TypeFields(TypedDict):
-    """A type and its fields, with the names of type_description_interfaces/msg/IndividualTypeDescription."""
-
-    type_name: str
-    fields: list[_Field]
-
-
-class TypeDescription(TypedDict):
-    """A type and the types in it, with the names of type_description_interfaces/msg/TypeDescription."""
-
-    type_description: TypeFields
-    referenced_type_descriptions: list[TypeFields]
-
-
 def type_hash(kind: type[Message | Service]) -> str:
     """Return the hash by which ROS 2 compares the types of two processes.
 
-    Source: REP 2016, version 1 of the hash ("RIHS01"): SHA-256 of the type description as JSON.
+    Source: REP 2016, version 1 of the hash ("RIHS01"): SHA-256 of the type description as JSON, with the names of
+    type_description_interfaces/msg/TypeDescription.
 
     >>> from sunset_ros.interfaces.std_msgs.msg import String
     >>> type_hash(String)
@@ -150,19 +114,11 @@ def type_hash(kind: type[Message | Service]) -> str:
 
 @cache
 def _hash_of(name: str) -> str:
-    return f"RIHS01_{hashlib.sha256(json.dumps(_described(name)).encode()).hexdigest()}"
-
-
-def type_description(kind: type[Message | Service]) -> TypeDescription:
-    """Return the description of a message or service, and of all messages in it."""
-    return _described(kind.__ros_name__)
-
-
-def _described(name: str) -> TypeDescription:
-    return {
+    described = {
         "type_description": _description(name),
         "referenced_type_descriptions": [_description(other) for other in sorted(set(_referenced(name)))],
     }
+    return f"RIHS01_{hashlib.sha256(json.dumps(described).encode()).hexdigest()}"
 
 
 def _referenced(name: str) -> Iterator[str]:
@@ -176,15 +132,15 @@ def _referenced(name: str) -> Iterator[str]:
 def _fields(name: str) -> dict[str, FieldType]:
     """Return the fields of a message, of a service (request, response and event), or of its event."""
     service, _, part = name.rpartition("_")
-    if "/srv/" not in name or part in _PARTS:
+    if "/srv/" not in name or part in PARTS:
         return field_types(get_message(name))
     if part == _EVENT:
-        parts = {one.lower(): FieldType(f"{service}_{one}", is_array=True, limit=1) for one in _PARTS}
+        parts = {one.lower(): FieldType(f"{service}_{one}", is_array=True, limit=1) for one in PARTS}
         return {"info": FieldType("service_msgs/msg/ServiceEventInfo"), **parts}
-    return {f"{one.lower()}_message": FieldType(f"{name}_{one}") for one in (*_PARTS, _EVENT)}
+    return {f"{one.lower()}_message": FieldType(f"{name}_{one}") for one in (*PARTS, _EVENT)}
 
 
-def _description(name: str) -> TypeFields:
+def _description(name: str) -> dict[str, object]:
     fields = _fields(name) or {DUMMY_FIELD: FieldType("uint8")}
     return {
         "type_name": name,
@@ -192,11 +148,10 @@ def _description(name: str) -> TypeFields:
     }
 
 
-def _field_type(field: FieldType) -> _FieldType:
-    if field.is_message:  # noqa: SIM108  two conditions in a line are hard to read
-        type_id = _NESTED
-    else:
-        type_id = _BOUNDED_STRING if field.string_bound else _TYPE_IDS[field.base]
+def _field_type(field: FieldType) -> dict[str, object]:
+    type_id = _NESTED if field.is_message else _TYPE_IDS[field.base]
+    if field.string_bound:
+        type_id = _BOUNDED_STRING
     if field.is_array:
         type_id += (
             _ARRAY if field.size is not None else _SEQUENCE if field.limit is None else _BOUNDED_SEQUENCE
@@ -221,31 +176,9 @@ def message_definition(kind: type[Message]) -> str:
 
 
 def _definition_text(name: str) -> str:
-    service, _, part = name.rpartition("_")
-    if "/srv/" not in name:
-        return _file_text(name)
-    return split_service(_file_text(service), service)[_PARTS.index(part)]
-
-
-def _file_text(name: str) -> str:
-    """Return the text of the file that defines a message or a service."""
     package, kind, short = name.split("/")
-    return (
-        resources.files(f"{_python_package(package)}.{kind}").joinpath(f"{short}.{kind}").read_text("utf-8")
-    )
-
-
-def type_source(name: str) -> tuple[str, str]:
-    """Return how a type is defined, `msg`, `srv` or, as a part of a service, `implicit`, and the text of its file."""
-    _, kind, short = name.split("/")
-    if "_" in short:
-        return "implicit", ""
-    return kind, _file_text(name)
-
-
-def field_defaults(name: str) -> dict[str, str]:
-    """Return the defaults that the definition of a message gives to its fields, by field, as ROS 2 describes them."""
-    if "/srv/" in name and not name.endswith(_PARTS):  # ROS 2 has made it
-        return {}
-    fields = parse_message(_definition_text(name), name).fields
-    return {field.name: str(field.default) for field in fields if field.default is not None}
+    folder = resources.files(f"{_python_package(package)}.{kind}")
+    if kind == "msg":
+        return folder.joinpath(f"{short}.msg").read_text("utf-8")
+    service, _, part = short.rpartition("_")
+    return split_service(folder.joinpath(f"{service}.srv").read_text("utf-8"), name)[PARTS.index(part)]

@@ -23,11 +23,8 @@ class LifecycleState(NamedTuple):
 class Transition:
     """A transition between two states.
 
-    Attributes:
-        id: its number; several transitions may have the same label.
-        label: its name.
-        start: id of the state that it leaves.
-        goal: id of the state that it enters; for a requested transition, an intermediate state.
+    Several may have the same label. `start` and `goal` are ids of states; the goal of a requested transition is an
+    intermediate state.
     """
 
     id: int
@@ -39,8 +36,8 @@ class Transition:
         """Return it as a message."""
         return TransitionDescription(
             transition=TransitionMessage(id=self.id, label=self.label),
-            start_state=StateMessage(id=self.start, label=STATES[self.start].label),
-            goal_state=StateMessage(id=self.goal, label=STATES[self.goal].label),
+            start_state=state_message(self.start),
+            goal_state=state_message(self.goal),
         )
 
 
@@ -61,6 +58,11 @@ STATES: Final = {
     }.items()
 }
 """Id → state. Those from 10 on are intermediate: they last as long as a callback does."""
+
+
+def state_message(state_id: int) -> StateMessage:
+    """Return the message of a state."""
+    return StateMessage(id=state_id, label=STATES[state_id].label)
 
 
 class TransitionCallbackReturn(IntEnum):
@@ -124,10 +126,11 @@ class StateMachine:
 
     def find(self, label: str = "", transition_id: int = 0) -> Transition | None:
         """Return the transition that leaves the state and has a label, or, if that is empty, an id."""
-        for transition in self.available_transitions:
-            if transition.label == label if label else transition.id == transition_id:
-                return transition
-        return None
+        transitions = self.available_transitions
+        matching = (
+            each for each in transitions if (each.label == label if label else each.id == transition_id)
+        )
+        return next(matching, None)
 
     def take(self, transition: Transition) -> None:
         """Enter the goal of a transition that leaves the state."""

@@ -7,28 +7,10 @@ class ManagedEntity:
     """A part of a node that takes part in its transitions; each method takes the state before."""
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """Get ready."""
+        """Succeed, as the methods for the other transitions."""
         return TransitionCallbackReturn.SUCCESS
 
-    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """Undo `on_configure`."""
-        return TransitionCallbackReturn.SUCCESS
-
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """End."""
-        return TransitionCallbackReturn.SUCCESS
-
-    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """Start to work."""
-        return TransitionCallbackReturn.SUCCESS
-
-    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """Undo `on_activate`."""
-        return TransitionCallbackReturn.SUCCESS
-
-    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  for subclasses
-        """Clean up after an error."""
-        return TransitionCallbackReturn.SUCCESS
+    on_cleanup = on_shutdown = on_activate = on_deactivate = on_error = on_configure
 
 
 class SimpleManagedEntity(ManagedEntity):
@@ -41,12 +23,12 @@ class SimpleManagedEntity(ManagedEntity):
         """Whether it works."""
         return self._enabled
 
-    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  the same from all
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start to work."""
         self._enabled = True
-        return TransitionCallbackReturn.SUCCESS
+        return super().on_activate(state)
 
-    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:  # noqa: ARG002  the same from all
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop working."""
         self._enabled = False
-        return TransitionCallbackReturn.SUCCESS
+        return super().on_deactivate(state)

@@ -1,12 +1,10 @@
 """Nodes with a lifecycle, as in `rclpy.lifecycle.node`."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable
 from typing import Any, Final, TypeVar
 
-from sunset_ros._callbacks import callback_name
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.interfaces import Message
-from sunset_ros.interfaces.lifecycle_msgs.msg import State as StateMessage
 from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent
 from sunset_ros.interfaces.lifecycle_msgs.srv import (
     ChangeState,
@@ -21,14 +19,16 @@ from sunset_ros.lifecycle._state_machine import (
     StateMachine,
     Transition,
     TransitionCallbackReturn,
+    state_message,
 )
 from sunset_ros.lifecycle.managed_entity import ManagedEntity
 from sunset_ros.lifecycle.publisher import LifecyclePublisher
 from sunset_ros.node import Node
-from sunset_ros.qos import qos_profile_services_default, to_profile
-from sunset_ros.rmw.core.port import CallbackError, EndpointKind, RequestId
+from sunset_ros.qos import qos_profile_services_default
+from sunset_ros.rmw.core.port import CallbackError, RequestId
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.service import Service
+from sunset_ros.task import callback_name
 
 MessageT = TypeVar("MessageT", bound=Message)
 
@@ -65,7 +65,7 @@ class LifecycleNode(Node):
         self._transition_events = None
         if enable_communication_interface:
             self._transition_events = self.create_publisher(TransitionEvent, "~/transition_event", 10)
-            self._services.append(self._make_change_state())
+            self._parts[self._make_change_state()] = None
             self.create_service(GetState, "~/get_state", self._get_state)
             self.create_service(GetAvailableStates, "~/get_available_states", self._get_available_states)
             self.create_service(
@@ -77,27 +77,27 @@ class LifecycleNode(Node):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Configure the managed entities."""
-        return self._call_entities(lambda entity: entity.on_configure(state))
+        return self._call_entities("on_configure", state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Clean the managed entities up."""
-        return self._call_entities(lambda entity: entity.on_cleanup(state))
+        return self._call_entities("on_cleanup", state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Shut the managed entities down."""
-        return self._call_entities(lambda entity: entity.on_shutdown(state))
+        return self._call_entities("on_shutdown", state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Activate the managed entities."""
-        return self._call_entities(lambda entity: entity.on_activate(state))
+        return self._call_entities("on_activate", state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Deactivate the managed entities."""
-        return self._call_entities(lambda entity: entity.on_deactivate(state))
+        return self._call_entities("on_deactivate", state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Let the managed entities recover; SUCCESS leads to unconfigured, all else to finalized."""
-        return self._call_entities(lambda entity: entity.on_error(state))
+        return self._call_entities("on_error", state)
 
     # Transitions that the node itself asks for
 
@@ -130,16 +130,9 @@ class LifecycleNode(Node):
     def create_lifecycle_publisher(
         self, msg_type: type[MessageT], topic: str, qos_profile: QoSProfile | int
     ) -> LifecyclePublisher[MessageT]:
-        """Make a publisher that sends only while this node is active.
-
-        Raises:
-            InvalidTopicNameException: the name breaks the rules.
-        """
-        name, qos = self.resolve_topic_name(topic), to_profile(qos_profile)
-        self._warn_of_mismatch(name, EndpointKind.PUBLISHER, qos)
-        handle = self.handle.create_publisher(msg_type, name, qos)
-        publisher = LifecyclePublisher(handle, msg_type, name, qos)
-        self._publishers.append(publisher)
+        """Make a publisher that sends only while this node is active."""
+        publisher = self.create_publisher(msg_type, topic, qos_profile, publisher_class=LifecyclePublisher)
+        assert isinstance(publisher, LifecyclePublisher)  # noqa: S101  as asked
         self.add_managed_entity(publisher)
         return publisher
 
@@ -150,14 +143,10 @@ class LifecycleNode(Node):
 
     # The machinery
 
-    def _call_entities(
-        self, callback: Callable[[ManagedEntity], TransitionCallbackReturn]
-    ) -> TransitionCallbackReturn:
-        for entity in list(self._managed_entities):
-            outcome = callback(entity)
-            if outcome is not TransitionCallbackReturn.SUCCESS:
-                return outcome
-        return TransitionCallbackReturn.SUCCESS
+    def _call_entities(self, name: str, state: LifecycleState) -> TransitionCallbackReturn:
+        success = TransitionCallbackReturn.SUCCESS
+        outcomes = (_checked(getattr(entity, name)(state)) for entity in list(self._managed_entities))
+        return next((outcome for outcome in outcomes if outcome is not success), success)
 
     def _trigger(self, label: str) -> TransitionCallbackReturn:
         transition = self._state_machine.find(label)
@@ -171,41 +160,38 @@ class LifecycleNode(Node):
     def _go_through(self, transition: Transition) -> TransitionCallbackReturn:
         before = self._state_machine.state
         self._take(transition)
-        outcome, error = self._call(before)
-        self._take_outcome(outcome)
+        errors: list[CallbackError] = []
+        outcome = self._end_transition(before, errors)
         if outcome is TransitionCallbackReturn.ERROR:
-            recovery, second_error = self._call(before)
-            self._take_outcome(recovery)
-            if error is None:
-                error = second_error
-            elif second_error is not None:
-                error.add_note(f"Then: {second_error}")
-        if error is not None:
-            raise error
+            self._end_transition(before, errors)
+        if errors:
+            for second_error in errors[1:]:
+                errors[0].add_note(f"Then: {second_error}")
+            raise errors[0]
         return outcome
 
-    def _call(self, before: LifecycleState) -> tuple[TransitionCallbackReturn, CallbackError | None]:
+    def _end_transition(
+        self, before: LifecycleState, errors: list[CallbackError]
+    ) -> TransitionCallbackReturn:
+        """Call the callback of an intermediate state, and leave the state as its outcome says."""
         callback = getattr(self, _CALLBACKS[self._state_machine.state.label])
         try:
             outcome = _checked(callback(before))
         except Exception as error:  # noqa: BLE001  whatever it is, `_go_through` raises it
-            wrapped = CallbackError.of(self.get_fully_qualified_name(), callback_name(callback), error)
-            wrapped.__cause__ = error
-            return TransitionCallbackReturn.ERROR, wrapped
-        return outcome, None
-
-    def _take_outcome(self, outcome: TransitionCallbackReturn) -> None:
+            outcome = TransitionCallbackReturn.ERROR
+            errors.append(CallbackError.of(self.get_fully_qualified_name(), callback_name(callback), error))
+            errors[-1].__cause__ = error
         transition = self._state_machine.find(outcome.to_label())
-        if transition is not None:  # always: every intermediate state has all three
-            self._take(transition)
+        assert transition is not None  # noqa: S101  every intermediate state has all three
+        self._take(transition)
+        return outcome
 
     def _take(self, transition: Transition) -> None:
         self._state_machine.take(transition)
         if self._transition_events is not None and self._transition_events.handle.wanted:
-            # As rclpy's nodes do, it names only the states.
-            description = transition.to_msg()
-            self._transition_events.publish(
-                TransitionEvent(start_state=description.start_state, goal_state=description.goal_state)
+            start, goal = state_message(transition.start), state_message(transition.goal)
+            self._transition_events.publish(  # as rclpy's nodes do, it names only the states
+                TransitionEvent(start_state=start, goal_state=goal)
             )
 
     # The services
@@ -229,13 +215,13 @@ class LifecycleNode(Node):
         return response
 
     def _get_state(self, _: GetState.Request, response: GetState.Response) -> GetState.Response:
-        response.current_state = _message(self._state_machine.state)
+        response.current_state = state_message(self._state_machine.state.state_id)
         return response
 
     def _get_available_states(
         self, _: GetAvailableStates.Request, response: GetAvailableStates.Response
     ) -> GetAvailableStates.Response:
-        response.available_states = [_message(state) for state in STATES.values()]
+        response.available_states = [state_message(state_id) for state_id in STATES]
         return response
 
     def _get_available_transitions(
@@ -267,7 +253,3 @@ def _checked(outcome: object) -> TransitionCallbackReturn:
     if not isinstance(outcome, TransitionCallbackReturn):
         raise TypeError(f"a lifecycle callback must return a TransitionCallbackReturn, got {outcome!r}.")
     return outcome
-
-
-def _message(state: LifecycleState) -> StateMessage:
-    return StateMessage(id=state.state_id, label=state.label)

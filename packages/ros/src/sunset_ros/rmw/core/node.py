@@ -27,11 +27,9 @@ class Middleware(Process):
 
     Attributes:
         parts: the classes of the parts of its nodes.
-        describes_types: whether its nodes offer descriptions of their types, as in ROS 2 since Jazzy.
     """
 
     parts: "Parts"
-    describes_types = False
 
     @abstractmethod
     def create_node(self, name: str, namespace: str) -> "NodeHandle":

@@ -101,7 +101,6 @@ class DdsProcess(LiveProcess):
 
     def __init__(self, configuration: Configuration) -> None:
         self.domain_id = configuration.domain_id
-        self.describes_types = configuration.announces_hashes
         self.problems: Counter[str] = Counter()
         self.alarms: dict[DdsEntity, int] = {}
         self.readers: dict[int, DdsEntity] = {}

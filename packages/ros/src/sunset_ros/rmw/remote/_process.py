@@ -181,7 +181,6 @@ class RemoteProcess(Middleware):
         pipe: the connection to the gateway.
         main: makes the nodes.
         describe: describes an exception of `main` or a callback as the end of a sentence.
-        describes_types: whether its nodes offer descriptions of their types, as live nodes do.
 
     Attributes:
         handlers: handlers that the gateway calls, by number.
@@ -194,11 +193,8 @@ class RemoteProcess(Middleware):
         pipe: Pipe,
         main: "Callable[[RemoteProcess], None]",
         describe: Callable[[BaseException], str] = lambda error: f"raised {type(error).__name__}: {error}",
-        *,
-        describes_types: bool = False,
     ) -> None:
         self.handlers: dict[int, Callable[[Call], object]] = {0: lambda _: main(self)}
-        self.describes_types = describes_types
         self._pipe = pipe
         self._describe = describe
         self._statements: list[Statement] = []

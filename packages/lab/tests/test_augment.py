@@ -12,7 +12,6 @@ import pytest
 
 from sunset.errors import InvalidInputError, MissingExtraError
 from sunset_lab import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig
-from sunset_lab.batches import draw
 
 pytestmark = pytest.mark.thorough
 
@@ -20,9 +19,9 @@ torch = pytest.importorskip("torch")
 
 from torch.utils._python_dispatch import TorchDispatchMode  # noqa: E402  needs torch
 
-from sunset_lab.augment import DeviceFrames  # noqa: E402
-from sunset_lab.loop import find_torch_device, learn  # noqa: E402
+from sunset_lab.augment import DeviceFrames, draw  # noqa: E402
 from sunset_lab.network import build, depth_input, forward, rgb_input, upsample  # noqa: E402
+from sunset_lab.run import find_torch_device, learn  # noqa: E402
 
 TINY = TrainingConfig(
     shape=LiteShape(16, (16, 16, 16), (1, 1, 1), pyramid=16, rates=(2,), skips=(16, 16), decoder=16),

@@ -93,16 +93,6 @@ def test_one_checkpoint_makes_a_model_of_one_network(tmp_path: Path) -> None:
     assert list(model.card.networks) == [Modality.DEPTH]
 
 
-@pytest.mark.parametrize("wrap", [lambda d: {"model": d, "epoch": 3}, lambda d: {"state_dict": d}])
-def test_wrapped_state_dicts_of_parallel_models_are_understood(
-    wrap: Callable[[Entries], object], tmp_path: Path
-) -> None:
-    entries = {f"module.{name}": value for name, value in without(light(), "classifier.4.bias").items()}
-    torch.save(wrap(entries), tmp_path / "rgb.pth")
-    with pytest.raises(ModelError, match="lacks 1 of the 362 entries"):
-        import_checkpoints(tmp_path, tmp_path / "model", name="x")
-
-
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [

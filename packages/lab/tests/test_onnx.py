@@ -14,10 +14,9 @@ torch = pytest.importorskip("torch")
 onnx = pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")
 
-from sunset_lab.network import build, depth_input, folded_weights, forward, rgb_input  # noqa: E402
+from sunset_lab.network import build, depth_input, folded_weights, forward, ranges, rgb_input  # noqa: E402
 from sunset_lab.onnx_graph import Format, Network, export  # noqa: E402
-from sunset_lab.onnx_writer import Store  # noqa: E402
-from sunset_lab.quantise import ranges  # noqa: E402
+from sunset_lab.onnx_layers import Store  # noqa: E402
 
 torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
 

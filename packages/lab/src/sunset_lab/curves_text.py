@@ -1,7 +1,7 @@
 """Curves as text, CSV and JSON, and the strengths of faults by severity."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, fields
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, astuple, fields
 from itertools import pairwise
 from typing import Final
 
@@ -13,8 +13,8 @@ from sunset.texts.tables import aligned
 from sunset_lab.curves import BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")
-_CURED: Final = ("cured: IoU", "entropy")
-_FIGURES: Final = tuple(field.name for field in fields(Figures))
+_FORMATS: Final = (".3f", ".4f", ".3f", ".2f", ".3f", ".3f", ".2f")
+"""Of the fields of `Figures` in a table of text."""
 
 
 def as_text(curves: Curves) -> str:
@@ -25,32 +25,24 @@ def as_text(curves: Curves) -> str:
         f"thresholds: entropy {curves.entropy_threshold:.4f}, sharpness {curves.sharpness_threshold:.3f}",
         "",
     ]
-    rows: list[tuple[str, ...]] = [("fault", "strength", *_HEAD, *_CURED)]
+    rows: list[tuple[str, ...]] = [("fault", "strength", *_HEAD, "cured: IoU", "entropy")]
     for network, figures in curves.nominal.items():
-        rows.append((f"none, {network.key}", "", *_figures(curves, figures), "", ""))
+        rows.append((f"none, {network.key}", "", *_texts(curves, figures), "", ""))
     for case in curves.points:
         cured = ("", "") if case.after is None else (f"{case.after.iou:.3f}", f"{case.after.entropy:.4f}")
         (strength,) = case.strengths.values()
         mark = "*" if case.suite else " "
-        rows.append((case.name, f"{strength:g}{mark}", *_figures(curves, case.before), *cured))
+        rows.append((case.name, f"{strength:g}{mark}", *_texts(curves, case.before), *cured))
     lines += aligned(rows)
     if curves.pairs:
-        pairs = [(case.name, *_figures(curves, case.before)) for case in curves.pairs]
+        pairs = [(case.name, *_texts(curves, case.before)) for case in curves.pairs]
         lines += ["", *aligned([("two faults at suite strength", *_HEAD), *pairs])]
     return "\n".join([*lines, "", *_cures(curves), "", *_severities(curves), "", *_advice(curves)]) + "\n"
 
 
-def _figures(curves: Curves, figures: Figures) -> tuple[str, ...]:
-    return (
-        f"{figures.iou:.3f}",
-        f"{curves.share(figures):.0%}",
-        f"{figures.entropy:.4f}",
-        f"{figures.auc:.3f}",
-        f"{figures.over:.2f}",
-        f"{figures.sharpness:.3f}",
-        f"{figures.sharpness_auc:.3f}",
-        f"{figures.under:.2f}",
-    )
+def _texts(curves: Curves, figures: Figures) -> list[str]:
+    first, *others = (format(value, form) for value, form in zip(astuple(figures), _FORMATS, strict=True))
+    return [first, f"{curves.share(figures):.0%}", *others]
 
 
 def _cures(curves: Curves) -> Iterator[str]:
@@ -63,23 +55,29 @@ def _severities(curves: Curves) -> Iterator[str]:
     shares = ", ".join(f"{loss:.0%}" for loss in LOSSES)
     yield f"strengths by severity, 1 to {len(LOSSES)}, which cost {shares} of the nominal IoU:"
     for fault, strengths in severity_table(curves).strengths.items():
-        yield f"{fault}: {', '.join('none' if value is None else f'{value:g}' for value in strengths)}"
+        yield f"{fault}: {_joined(strengths)}"
+
+
+def _joined(values: Iterable[float | None]) -> str:
+    return ", ".join("none" if value is None else f"{value:g}" for value in values)
 
 
 def _advice(curves: Curves) -> Iterator[str]:
     """Yield whether the strengths of the suites fit, and which other strengths would."""
-    for fault in effects():
-        others = ", ".join(f"{value:g}" for value in _fitting(curves, fault)) or "none that was measured"
+    nominal = curves.main.iou
+    fitting = {
+        fault: [case.strengths[fault] for case in curves.of(fault) if not case.shortfalls(nominal)]
+        for fault in effects()
+    }
+    for fault, fits in fitting.items():
         for case in curves.of(fault):
             if case.suite:
-                verdict = "; ".join(case.shortfalls(curves.main.iou)) or "fits"
+                verdict = "; ".join(case.shortfalls(nominal)) or "fits"
+                others = _joined(fits) or "none that was measured"
                 yield f"{fault} at {case.strengths[fault]:g}: {verdict} (strengths that fit: {others})"
     for fault, effect in effects().items():
         if isinstance(effect.suite, str) and curves.of(fault) and curves.of(effect.suite):
-            fitting = _fitting(curves, fault)
-            common = ", ".join(
-                f"{strength:g}" for strength in _fitting(curves, effect.suite) if strength in fitting
-            )
+            common = _joined(value for value in fitting[effect.suite] if value in fitting[fault])
             yield f"{effect.suite} and {fault} have one strength: both fit at {common or 'none'}"
     if curves.pairs:
         shares = [curves.share(case.before) for case in curves.pairs]
@@ -92,11 +90,6 @@ def _advice(curves: Curves) -> Iterator[str]:
         f"{DROP}), the AUC of the symptom is {AUC} or more (blur: {SHARPNESS_AUC}), and the cure brings the IoU back "
         f"to within {CURED}."
     )
-
-
-def _fitting(curves: Curves, fault: str) -> list[float]:
-    cases = curves.of(fault)
-    return [case.strengths[fault] for case in cases if not case.shortfalls(curves.main.iou)]
 
 
 def severity_table(curves: Curves) -> SeverityTable:
@@ -112,12 +105,10 @@ def severity_table(curves: Curves) -> SeverityTable:
 
 
 def _strengths(curves: Curves, fault: str) -> tuple[float | None, ...]:
-    points = [(0.0, 0.0)]
-    points += [(case.strengths[fault], 1 - curves.share(case.before)) for case in curves.of(fault)]
-    strengths = [strength_at(points, loss) for loss in LOSSES]
-    if isinstance(get_fault(fault).value, int):
-        return tuple(None if value is None else float(round(value)) for value in strengths)
-    return tuple(None if value is None else float(f"{value:.4g}") for value in strengths)
+    points = [(case.strengths[fault], 1 - curves.share(case.before)) for case in curves.of(fault)]
+    strengths = (strength_at([(0.0, 0.0), *points], loss) for loss in LOSSES)
+    form = ".0f" if isinstance(get_fault(fault).value, int) else ".4g"
+    return tuple(None if value is None else float(format(value, form)) for value in strengths)
 
 
 def strength_at(points: Sequence[tuple[float, float]], loss: float) -> float | None:
@@ -138,20 +129,21 @@ def strength_at(points: Sequence[tuple[float, float]], loss: float) -> float | N
 
 def as_csv(curves: Curves) -> str:
     """Return a row for each measurement, as CSV."""
-    rows: list[list[object]] = [["faults", "strengths", "suite", "state", "share_of_nominal_iou", *_FIGURES]]
+    names = (field.name for field in fields(Figures))
+    rows: list[list[object]] = [["faults", "strengths", "suite", "state", "share_of_nominal_iou", *names]]
+
+    def add(faults: str, strengths: str, suite: object, state: str, figures: Figures) -> None:
+        values = (f"{value:.6g}" for value in (curves.share(figures), *astuple(figures)))
+        rows.append([faults, strengths, suite, state, *values])
+
     for network, figures in curves.nominal.items():
-        rows.append(["", "", "", network.key, *_cells(curves, figures)])
+        add("", "", "", network.key, figures)
     for case in (*curves.points, *curves.pairs):
         strengths = " + ".join(f"{value:g}" for value in case.strengths.values())
-        rows.append([case.name, strengths, int(case.suite), "faulty", *_cells(curves, case.before)])
+        add(case.name, strengths, int(case.suite), "faulty", case.before)
         if case.after is not None:
-            rows.append([case.name, strengths, int(case.suite), "cured", *_cells(curves, case.after)])
+            add(case.name, strengths, int(case.suite), "cured", case.after)
     return csv_text(rows)
-
-
-def _cells(curves: Curves, figures: Figures) -> list[str]:
-    values = [curves.share(figures), *(getattr(figures, name) for name in _FIGURES)]
-    return [f"{value:.6g}" for value in values]
 
 
 def as_json(curves: Curves) -> dict[str, object]:
@@ -164,19 +156,22 @@ def as_json(curves: Curves) -> dict[str, object]:
         "entropy_threshold": curves.entropy_threshold,
         "sharpness_threshold": curves.sharpness_threshold,
         "nominal": {network.key: asdict(figures) for network, figures in curves.nominal.items()},
-        "faults": [_object(curves, case) for case in curves.points],
+        "faults": [
+            _object(curves, case)
+            | {
+                "cured": None if case.after is None else asdict(case.after),
+                "shortfalls": list(case.shortfalls(curves.main.iou)),
+            }
+            for case in curves.points
+        ],
         "pairs": [_object(curves, case) for case in curves.pairs],
     }
 
 
 def _object(curves: Curves, case: Case) -> dict[str, object]:
-    content: dict[str, object] = {
+    return {
         "strengths": dict(case.strengths),
         "suite": case.suite,
         "share_of_nominal_iou": curves.share(case.before),
         "faulty": asdict(case.before),
     }
-    if len(case.strengths) == 1:
-        content["cured"] = None if case.after is None else asdict(case.after)
-        content["shortfalls"] = list(case.shortfalls(curves.main.iou))
-    return content

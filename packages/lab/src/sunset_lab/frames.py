@@ -1,16 +1,17 @@
-"""The frames for training, calibration and tests: rendered, or of a bag."""
+"""Sets of frames for training, calibration and tests: rendered, or of a bag."""
 
+import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
-from contextlib import suppress
+from collections import deque
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, Self, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import (
@@ -27,8 +28,8 @@ from sunset.data import (
     render_views,
 )
 from sunset.errors import OutputError
-from sunset.processes.workers import Stages, worker_pool
-from sunset_lab.batches import FrameSet
+from sunset.files.outputs import write_text
+from sunset.processes.workers import Progress, Stages, spread
 from sunset_lab.inputs import HEIGHT, WIDTH
 
 TRAINING_TOWNS: Final = (2, 3, 4, 5, 6)
@@ -41,9 +42,57 @@ _CHUNK: Final = 50
 _LEAST_PASSAGE: Final = 10
 """The least number of consecutive frames that thresholds can be chosen on."""
 _PLAN: Final = "plan.json"
-"""The file beside a set, with its plan and, while the set is incomplete, its finished chunks."""
-_UNFINISHED: Final = ".tmp"
-"""The suffix of a file while it is written."""
+_FINISHED: Final = "finished"
+"""The array beside a set's own that tells which frames are rendered."""
+
+Images: TypeAlias = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]
+"""A frame: colours, depth and labels."""
+
+
+@dataclass(frozen=True)
+class FrameSet:
+    """Frames in arrays, in memory or mapped from files.
+
+    Attributes:
+        bgr: (N, H, W, 3) uint8.
+        depth: (N, H, W) uint16.
+        labels: (N, H, W) uint8, class indices, or `IGNORED`.
+    """
+
+    bgr: npt.NDArray[np.uint8]
+    depth: npt.NDArray[np.uint16]
+    labels: npt.NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return len(self.bgr)
+
+    def images(self, index: int) -> Images:
+        """Return a frame."""
+        return np.asarray(self.bgr[index]), np.asarray(self.depth[index]), np.asarray(self.labels[index])
+
+    def spread_out(self, count: int) -> "FrameSet":
+        """Return at most `count` frames at regular distances."""
+        chosen = np.linspace(0, len(self) - 1, min(count, len(self))).astype(int)
+        return FrameSet(self.bgr[chosen], self.depth[chosen], self.labels[chosen])
+
+    def digest(self) -> str:
+        """Return a short checksum of the frames."""
+        digest = hashlib.sha256()
+        for array in vars(self).values():
+            digest.update(np.ascontiguousarray(array).data)
+        return digest.hexdigest()[:12]
+
+    @classmethod
+    def load(cls, folder: Path) -> Self:
+        """Map the arrays of a folder; changes of them stay in memory."""
+        names = cls.__dataclass_fields__
+        return cls(**{name: np.load(folder / f"{name}.npy", mmap_mode="c") for name in names})
+
+    def save(self, folder: Path) -> None:
+        """Write the arrays into a folder."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, array in vars(self).items():
+            np.save(folder / f"{name}.npy", array)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +104,19 @@ class Views:
     seed: int
     flight: bool
 
+    def render(self, start: int, count: int) -> Iterator[Frame]:
+        """Render some of the views."""
+        return render_views(
+            town=self.town,
+            count=count,
+            seed=self.seed,
+            start=start,
+            heights=(50,) if self.flight else HEIGHTS_M,
+            pitches=(60,) if self.flight else PITCHES_DEG,
+            times=("noon",) if self.flight else TIMES,
+            weathers=("clear",) if self.flight else WEATHERS,
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Passage:
@@ -63,6 +125,11 @@ class Passage:
     town: int
     count: int
     course_deg: float
+
+    def render(self, start: int, count: int) -> Iterator[Frame]:
+        """Render some of the frames."""
+        plan = FlightPlan(town=self.town, frames=self.count, course_deg=self.course_deg)
+        return render_frames(plan, range(start, start + count))
 
 
 FramePlan: TypeAlias = tuple[Views | Passage, ...]
@@ -133,131 +200,94 @@ class FrameSets:
     test_flight: FrameSet
 
 
+def titled(progress: Stages | None, title: str) -> Progress | None:
+    """Return the progress of a stage with this title."""
+    return None if progress is None else partial(progress, title)
+
+
 def render_sets(
-    counts: FrameCounts,
-    folder: Path,
-    *,
-    jobs: int = 2,
-    progress: Callable[[str, int, int], None] | None = None,
+    counts: FrameCounts, folder: Path, *, jobs: int = 2, progress: Stages | None = None
 ) -> FrameSets:
-    """Render all sets, each into its own folder, as far as they are missing.
-
-    `progress` is called with the set's name, frames done and frames in all.
-    """
-    sets = {}
-    for name, plan in counts.plans().items():
-        note = partial(progress, name) if progress else None
-        sets[name] = render_set(plan, folder / name, jobs=jobs, progress=note)
-    return FrameSets(**sets)
-
-
-def _frames(views: Views | Passage, start: int, count: int) -> Iterator[Frame]:
-    if isinstance(views, Passage):
-        plan = FlightPlan(town=views.town, frames=views.count, course_deg=views.course_deg)
-        return render_frames(plan, range(start, start + count))
-    return render_views(
-        town=views.town,
-        count=count,
-        seed=views.seed,
-        start=start,
-        heights=(50,) if views.flight else HEIGHTS_M,
-        pitches=(60,) if views.flight else PITCHES_DEG,
-        times=("noon",) if views.flight else TIMES,
-        weathers=("clear",) if views.flight else WEATHERS,
+    """Render all sets, each into its own folder, as far as they are missing."""
+    return FrameSets(
+        **{
+            name: render_set(plan, folder / name, jobs=jobs, progress=titled(progress, name))
+            for name, plan in counts.plans().items()
+        }
     )
 
 
-def _render(folder: Path, place: int, views: Views | Passage, start: int, count: int) -> None:
-    """Render a chunk into its place in the arrays of a folder."""
-    _stacked(list(_frames(views, start, count))).write_into(folder, place)
+class _Chunk(NamedTuple):
+    """Frames that are rendered together: their first place in the set, and in their views."""
+
+    place: int
+    views: Views | Passage
+    start: int
+    size: int
 
 
-def render_set(
-    plan: FramePlan, folder: Path, *, jobs: int = 2, progress: Callable[[int, int], None] | None = None
-) -> FrameSet:
+def render_set(plan: FramePlan, folder: Path, *, jobs: int = 2, progress: Progress | None = None) -> FrameSet:
     """Render a set into a folder, as far as chunks of 50 frames are missing, and map it.
 
     With `jobs` of 1, this process renders. `progress` is called with frames done and frames in all.
     """
-    wanted = {"renderer": RENDER_VERSION, "views": [asdict(views) for views in plan]}
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        finished = _finished_chunks(folder, wanted)
-        if finished is not None:
-            _render_missing(plan, wanted, folder, finished, jobs=jobs, progress=progress)
+        finished = _finished_frames(plan, folder)
+        missing = [chunk for chunk in _chunks(plan) if not finished[chunk.place]]
+
+        def note(done: int, _: int) -> None:
+            if progress is not None:
+                left = sum(chunk.size for chunk in missing[done:])
+                progress(len(finished) - left, len(finished))
+
+        deque(spread(partial(_render, folder), missing, jobs=jobs, progress=note), maxlen=0)
+        return FrameSet.load(folder)
     except OSError as error:
         raise OutputError(
             f"The training frames cannot be written to {folder}: {error.strerror or error}."
         ) from error
-    return FrameSet.load(folder)
 
 
-def _finished_chunks(folder: Path, wanted: dict[str, object]) -> list[int] | None:
-    """Return the finished chunks of a plan in a folder; None if all are finished."""
-    names = sorted(path.name for path in folder.iterdir() if path.suffix != _UNFINISHED)
+def _finished_frames(plan: FramePlan, folder: Path) -> npt.NDArray[np.bool_]:
+    """Return which frames of a plan are in a folder, after preparing it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    wanted = json.dumps({"renderer": RENDER_VERSION, "views": [asdict(views) for views in plan]}, indent=1)
+    document, names = folder / _PLAN, sorted(path.name for path in folder.iterdir())
     if not names:
-        return []
-    with suppress(AttributeError, FileNotFoundError, ValueError):
-        document = json.loads((folder / _PLAN).read_text(encoding="utf-8"))
-        if document.items() >= wanted.items():
-            finished: list[int] | None = document.get("finished")
-            return finished
-    raise OutputError(
-        f"The folder {folder} holds {names[0]}, which is not of this training's frames: name another work folder, or "
-        "delete this one."
-    )
+        write_text(document, wanted)
+    elif not document.exists() or document.read_text(encoding="utf-8") != wanted:
+        raise OutputError(
+            f"The folder {folder} holds {names[0]}, which is not of this training's frames: name another work folder, "
+            "or delete this one."
+        )
+    if f"{_FINISHED}.npy" not in names:
+        total = sum(views.count for views in plan)
+        shape = (total, HEIGHT, WIDTH)  # blank arrays take no memory
+        blank = FrameSet(
+            np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.uint16), np.zeros(shape, np.uint8)
+        )
+        blank.save(folder)  # fails now if the disk is too small
+        np.save(folder / _FINISHED, np.zeros(total, np.bool_))
+    finished: npt.NDArray[np.bool_] = np.load(folder / f"{_FINISHED}.npy")
+    return finished
 
 
-def _render_missing(
-    plan: FramePlan,
-    wanted: dict[str, object],
-    folder: Path,
-    finished: list[int],
-    *,
-    jobs: int,
-    progress: Callable[[int, int], None] | None,
-) -> None:
-    """Render the chunks that the folder lacks."""
-    chunks = list(_chunks(plan))
-    total = sum(views.count for views in plan)
-    if not finished:
-        _write(folder / _PLAN, wanted | {"finished": finished})
-        FrameSet.blank(total, HEIGHT, WIDTH).save(folder)  # fails now if the disk is too small
-    missing = [number for number in range(len(chunks)) if number not in finished]
-
-    def note(number: int) -> None:
-        finished.append(number)
-        _write(folder / _PLAN, wanted | {"finished": finished})
-        if progress is not None:
-            progress(sum(chunks[number][-1] for number in finished), total)
-
-    if jobs == 1:
-        for number in missing:
-            _render(folder, *chunks[number])
-            note(number)
-    else:
-        with worker_pool(jobs) as pool:
-            futures = {pool.submit(_render, folder, *chunks[number]): number for number in missing}
-            for future in as_completed(futures):
-                future.result()
-                note(futures[future])
-    _write(folder / _PLAN, wanted)
-
-
-def _chunks(plan: FramePlan) -> Iterator[tuple[int, Views | Passage, int, int]]:
-    """Yield chunks: the place in the set, the views, the first of them, and their number."""
+def _chunks(plan: FramePlan) -> Iterator[_Chunk]:
     place = 0
     for views in plan:
         for start in range(0, views.count, _CHUNK):
             count = min(_CHUNK, views.count - start)
-            yield place, views, start, count
+            yield _Chunk(place, views, start, count)
             place += count
 
 
-def _write(path: Path, document: dict[str, object]) -> None:
-    temporary = path.with_suffix(_UNFINISHED)
-    temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
-    temporary.replace(path)
+def _render(folder: Path, chunk: _Chunk) -> None:
+    """Render a chunk into its place in the arrays of a folder."""
+    frames = _stacked(list(chunk.views.render(chunk.start, chunk.size)))
+    for name, array in (*vars(frames).items(), (_FINISHED, np.True_)):
+        stored = np.load(folder / f"{name}.npy", mmap_mode="r+")
+        stored[chunk.place : chunk.place + chunk.size] = array
+        stored.flush()
 
 
 def _stacked(frames: Sequence[Frame]) -> FrameSet:
@@ -286,13 +316,9 @@ def validation_flight(
     `size` is height and width of a frame in pixels, and `count` the frames of each of the two flights. `jobs` and
     `progress` are as in `flight_bag`.
     """
-    rendering = partial(progress, "Rendering the validation flights (once)") if progress else None
+    rendering = titled(progress, "Rendering the validation flights (once)")
     parts = []
     for course in COURSES_DEG:
         plan = FlightPlan(town=VALIDATION_TOWN, frames=count, course_deg=course, size=size)
-        parts.append(frames_of_bag(flight_bag(plan, progress=rendering, jobs=jobs)))
-    return FrameSet(
-        np.concatenate([part.bgr for part in parts]),
-        np.concatenate([part.depth for part in parts]),
-        np.concatenate([part.labels for part in parts]),
-    )
+        parts.append(vars(frames_of_bag(flight_bag(plan, progress=rendering, jobs=jobs))).values())
+    return FrameSet(*map(np.concatenate, zip(*parts, strict=True)))

@@ -23,8 +23,7 @@ from sunset_lab.inputs import (
     RGB_STD,
     WIDTH,
 )
-from sunset_lab.onnx_layers import Layers, Ranges, Weights
-from sunset_lab.onnx_writer import Graph, Store, tensor_info
+from sunset_lab.onnx_layers import Graph, Ranges, Store, Weights, tensor_info
 
 _COUNTS: Final = 65535
 
@@ -99,22 +98,21 @@ def export(folder: Path, networks: Mapping[Modality, Network], form: Format, car
 
 
 def _graph(modality: Modality, network: Network, form: Format, store: Store) -> Graph:
-    graph, sizes = Graph(modality.key, store), {}
+    graph = Graph(modality.key, store, network.weights, form.ranges or {})
     if modality.needs_rgb:
-        sizes["rgb.input"] = form.size
+        graph.sizes["rgb.input"] = form.size
         graph.inputs.append(tensor_info("bgr", TensorProto.UINT8, [*form.size, 3]))
         _rgb_input(graph)
     if modality.needs_depth:
-        sizes["depth.input"] = form.size
+        graph.sizes["depth.input"] = form.size
         graph.inputs.append(tensor_info("depth", TensorProto.UINT16, form.size))
         (_published_depth_input if form.published_depth else _depth_input)(graph, form.size)
-    layers = Layers(graph, network.weights, sizes, form.ranges or {})
     for layer in network.layers:
-        layers.write(layer)
+        graph.layer(layer)
     logits = network.layers[-1].name
-    _outputs(graph, logits, layers.sizes[logits], form.size, network.temperature)
+    _outputs(graph, logits, graph.sizes[logits], form.size, network.temperature)
     graph.outputs += [
-        tensor_info("logits", TensorProto.FLOAT, [1, len(CLASSES), *layers.sizes[logits]]),
+        tensor_info("logits", TensorProto.FLOAT, [1, len(CLASSES), *graph.sizes[logits]]),
         tensor_info("labels", TensorProto.UINT8, form.size),
         tensor_info("entropy", TensorProto.FLOAT, []),
     ]

@@ -1,9 +1,7 @@
-"""Figures of curves, by strength and after the cures, and of the logs of trainings."""
+"""Figures of curves, by strength and after the cures."""
 
-import json
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
-from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -18,8 +16,6 @@ if TYPE_CHECKING:
 
 _FAULTY: Final = ORANGE  # dashes and hatching differ, too
 _CURED: Final = BLUE
-_NO_LOSSES: Final = frozenset({"step", "learning_rate", "seconds", "iou"})
-_COLOURS: Final = (BLUE, ORANGE, "#009E73", "#CC79A7")
 _STYLE: Final = {
     "font.size": 7,
     "axes.titlesize": 7,
@@ -146,28 +142,3 @@ def _cures(figure: "Figure", curves: Curves) -> bool:
 def _name_bars(axes: "Axes", texts: Sequence[str]) -> None:
     axes.set_yticks(range(len(texts)), [text.replace("_", " ").replace(" + ", "\n+ ") for text in texts])
     axes.invert_yaxis()
-
-
-def draw_log(log: Path, png: Path) -> None:
-    """Draw the losses, and the IoU on held-out frames, of a training's stage by step, from its log."""
-    lines = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-    with drawing() as new_figure:
-        figure = new_figure(figsize=(8, 3), dpi=120, layout="constrained")
-        losses, ious = figure.subplots(1, 2)
-        names = [name for name in lines[0] if name not in _NO_LOSSES]
-        measured = [line for line in lines if "iou" in line]
-        for name, colour, dashes in zip(names, cycle(_COLOURS), cycle(("-", "--", "-.", ":")), strict=False):
-            style = {"color": colour, "linestyle": dashes, "label": name, "linewidth": 1.2}
-            steps = [(line["step"], line[name]) for line in lines]
-            losses.plot(*zip(*steps, strict=True), **style)
-            held_out = [(line["step"], line["iou"][name]) for line in measured if name in line["iou"]]
-            if held_out:
-                ious.plot(*zip(*held_out, strict=True), marker=".", **style)
-        for axes, title in ((losses, "loss on training frames"), (ious, "IoU on held-out frames")):
-            axes.set_title(title, fontsize=10)
-            axes.set_xlabel("step")
-            axes.set_ylim(bottom=0)
-            axes.grid(linewidth=0.4, alpha=0.5)
-            axes.spines[["top", "right"]].set_visible(False)
-        losses.legend(frameon=False)
-        save_figure(figure, png, make_folder=False)

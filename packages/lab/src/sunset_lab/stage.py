@@ -1,13 +1,12 @@
 """A stage of a training: networks that are learned together, with checkpoints and a log."""
 
+import hashlib
 import json
 import math
-import struct
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from pickle import UnpicklingError
 from typing import Final
 
 import numpy as np
@@ -19,13 +18,12 @@ from torch.nn import functional
 from sunset.classes import IGNORED
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.metrics import count_classes, image_iou
-from sunset_lab.archives import check_archive
-from sunset_lab.augment import Batch, DeviceFrames, cells_of, movement
-from sunset_lab.batches import draw
-from sunset_lab.config import Stage, TrainingConfig, describe_difference, describe_options
+from sunset_lab.augment import Batch, DeviceFrames, cells_of, class_weights, draw, movement
+from sunset_lab.config import Stage, TrainingConfig
 from sunset_lab.inputs import HEIGHT, WIDTH
 from sunset_lab.network import (
     build,
+    check_archive,
     depth_input,
     digest_of_weights,
     forward,
@@ -36,25 +34,13 @@ from sunset_lab.network import (
 from sunset_ros.interruption import held_signals
 from sunset_ros.seeding import drawn_seed
 
-CHECKPOINT: Final = "checkpoint.pt"
 LOG: Final = "log.jsonl"
+CHECKPOINT: Final = "checkpoint.pt"
 CHECKPOINT_EVERY_S: Final = 120.0
 """Seconds between checkpoints, which are large: 1 GB for both branches of `reference`."""
 
 Weights = Mapping[str, Tensor]
 """Tensors by name: a torch state dict."""
-
-_UNREADABLE: Final = (
-    EOFError,
-    KeyError,
-    OSError,
-    RuntimeError,
-    TypeError,
-    ValueError,
-    UnpicklingError,
-    struct.error,
-)
-"""The exceptions of reading a damaged checkpoint."""
 
 Progress = Callable[..., None]
 """Called with a title, the work done, the work in all, and a remark; its exceptions end the training in order."""
@@ -66,17 +52,17 @@ class Training:
 
     Attributes:
         digest: the checksum of the frames.
+        labels: of some frames, for the weights of classes.
         validation: the frames of the log's IoU.
-        class_weights: (28,) by stage.
         begun: the weights that the training starts from; empty for random weights.
-        origin: the name and version of their model.
+        origin: the name and version of their model; empty for random weights.
     """
 
     config: TrainingConfig
     frames: DeviceFrames
     digest: str
+    labels: npt.NDArray[np.uint8]
     validation: DeviceFrames
-    class_weights: Mapping[str, npt.NDArray[np.float32]]
     begun: Weights
     origin: str
     device: torch.device
@@ -107,13 +93,11 @@ class StageRun:
             _parameters(self._modules, stage.schedule.weight_decay), fused=True
         )
         self._learned_forward = torch.compile(forward) if training.compiled else forward
-        self._weights = torch.from_numpy(training.class_weights[stage.name]).to(self._device)
-        self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}, frames {training.digest}"
-        if known:
-            self._description += f", on weights {digest_of_weights(known)}"
-        if training.origin:
-            self._description += f", from {training.origin}"
-        self._options = describe_options(config, stage, frames=training.digest, origin=training.origin)
+        weights = class_weights(training.labels, stage.schedule.class_weight_range)
+        self._weights = torch.from_numpy(weights).to(self._device)
+        misaligned = "fusion" in stage.learned and stage.schedule.misaligned_weight > 0
+        self._names = (*stage.learned, "misaligned") if misaligned else stage.learned  # of the losses
+        self._identity = _identity(training, stage, known)
         self._step, self._seconds, self._since = 0, 0.0, 0.0
         self._losses: list[Tensor] = []  # of each step since the last line of the log
         self._kept: dict[int, dict[str, Tensor]] = {}
@@ -172,7 +156,7 @@ class StageRun:
             )
 
         losses = [loss(results[f"{name}.logits"]) for name in self._stage.learned]
-        if "misaligned" in self._losses_learned():
+        if "misaligned" in self._names:
             misaligned = loss(self._misaligned(results), schedule.misaligned_smoothing)
             losses.append(schedule.misaligned_weight * misaligned)
         stacked = torch.stack(losses)
@@ -181,12 +165,6 @@ class StageRun:
         self._optimiser.step()
         self._step += 1
         self._losses.append(stacked.detach())
-
-    def _losses_learned(self) -> tuple[str, ...]:
-        """Return the names of the losses of a step."""
-        learned = self._stage.learned
-        also = "fusion" in learned and self._stage.schedule.misaligned_weight
-        return (*learned, "misaligned") if also else learned
 
     def _frozen_logits(self, batch: Batch) -> dict[str, Tensor]:
         """Return the frozen branches' logits of a batch, and `moved`, the logits of its moved colour pictures.
@@ -246,13 +224,12 @@ class StageRun:
         return results
 
     def _iou(self) -> dict[str, float]:
-        """Return each network's mean IoU on 48 held-out frames, at the stride of the phase."""
+        """Return each network's mean IoU on the held-out frames, at the stride of the phase."""
         self._modules.eval()
         frames = self._training.validation
         stride = self._stage.schedule.phase(self._step - 1).output_stride
-        known = np.linspace(0, len(frames) - 1, min(48, len(frames))).astype(int)
         ious: dict[str, list[float]] = {name: [] for name in self._stage.learned}
-        for indices in np.array_split(known, math.ceil(len(known) / 8)):
+        for indices in np.array_split(np.arange(len(frames)), math.ceil(len(frames) / 8)):
             batch = frames.plain(indices)
             truth = batch.labels.cpu().numpy()
             with torch.no_grad():
@@ -270,14 +247,13 @@ class StageRun:
 
     def _recent_losses(self) -> Tensor:
         """Return the losses (steps, losses) since the last line of the log, which must be finite."""
-        names = self._losses_learned()
-        losses = torch.stack(self._losses).cpu() if self._losses else torch.empty(0, len(names))
-        for number, values in enumerate(losses.tolist()):
+        losses = torch.stack(self._losses).cpu() if self._losses else torch.empty(0, len(self._names))
+        for step, values in enumerate(losses.tolist(), self._step - len(losses) + 1):
             if not all(map(math.isfinite, values)):
-                step = self._step - len(losses) + number + 1
                 raise SunsetError(
                     f"The training of {self._stage.name} diverged at step {step}: its losses are "
-                    f"{dict(zip(names, values, strict=True))}; what it had learned at its last checkpoint is kept."
+                    f"{dict(zip(self._names, values, strict=True))}; what it had learned at its last checkpoint is "
+                    "kept."
                 )
         return losses
 
@@ -287,7 +263,7 @@ class StageRun:
         schedule = self._stage.schedule
         rate = schedule.learning_rate_at(self._step - 1)
         means = self._recent_losses().double().mean(0).tolist()
-        losses = {name: round(mean, 5) for name, mean in zip(self._losses_learned(), means, strict=True)}
+        losses = {name: round(mean, 5) for name, mean in zip(self._names, means, strict=True)}
         self._losses = []
         line: dict[str, object] = {"step": self._step, "learning_rate": round(rate, 8), **losses}
         line["seconds"] = round(self._seconds, 1)
@@ -306,8 +282,7 @@ class StageRun:
             "modules": self._modules.state_dict(),
             "step": self._step,
             "seconds": self._seconds,
-            "config": self._description,
-            "options": self._options,
+            "identity": self._identity,
             "losses": self._recent_losses(),
             "random": torch.get_rng_state(),
         }
@@ -325,23 +300,39 @@ class StageRun:
     def _load(self) -> None:
         path = self._folder / CHECKPOINT
         check_archive(path, DataError(f"The checkpoint {path} is damaged: delete it, and train again."))
-        try:
-            state = torch.load(path, weights_only=True, map_location=self._device)
-            if state["config"] != self._description:
-                raise InvalidInputError(
-                    f"The checkpoint {path} is of another training: they differ in "
-                    f"{describe_difference(state.get('options', {}), self._options)}; choose another folder."
-                )
-            self._modules.load_state_dict(state["modules"])
-            self._step, self._seconds = int(state["step"]), float(state["seconds"])
-            if self._step < self._stage.schedule.steps:
-                self._optimiser.load_state_dict(state["optimiser"])
-            self._losses = list(state["losses"])
-            torch.set_rng_state(state["random"].cpu())
-        except _UNREADABLE as error:
-            raise DataError(
-                f"The checkpoint {path} cannot be used ({type(error).__name__}: {error})."
-            ) from error
+        state = torch.load(path, weights_only=True, map_location=self._device)
+        differing = [
+            f"{option} (begun with {state['identity'][option]}, asked for {value})"
+            for option, value in self._identity.items()
+            if state["identity"][option] != value
+        ]
+        if differing:
+            raise InvalidInputError(
+                f"The checkpoint {path} is of another training: they differ in {' and '.join(differing)}; choose "
+                "another folder."
+            )
+        self._modules.load_state_dict(state["modules"])
+        self._step, self._seconds = state["step"], state["seconds"]
+        if self._step < self._stage.schedule.steps:
+            self._optimiser.load_state_dict(state["optimiser"])
+        self._losses = list(state["losses"])
+        torch.set_rng_state(state["random"].cpu())
+
+
+def _identity(training: Training, stage: Stage, known: Weights) -> dict[str, str]:
+    """Return everything that a stage's weights depend on, by the options of `sunset train`."""
+    config = training.config
+    others = repr((stage, config.shape, digest_of_weights(known)))
+    return {
+        "--model": type(config.shape).__name__,
+        "--modality": ", ".join(config.modalities),
+        "--steps": str(stage.schedule.steps),
+        "--batch": ", ".join(dict.fromkeys(str(phase.batch) for phase in stage.schedule.phases)),
+        "--seed": str(config.seed),
+        "--frames": f"checksum {training.digest[:8]}",
+        "--start-from": training.origin or "random weights",
+        "the version of SUNSET": f"checksum {hashlib.sha256(others.encode()).hexdigest()[:8]}",
+    }
 
 
 def _inputs(names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Tensor]:
@@ -366,12 +357,6 @@ def _parameters(modules: nn.Module, decay: float) -> list[dict[str, object]]:
 
 def _truncate(log: Path, step: int) -> None:
     """Drop an incomplete last line of a log, and the lines after a step, which a resumed training writes again."""
-    try:
-        text = log.read_text(encoding="utf-8") if step and log.exists() else ""
-        lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
-        kept = [line for line in lines if json.loads(line)["step"] <= step]
-    except (KeyError, TypeError, ValueError) as error:
-        raise DataError(
-            f"The training log {log} is damaged ({type(error).__name__}: {error}): delete its damaged lines."
-        ) from error
+    lines = log.read_text(encoding="utf-8").splitlines(keepends=True) if step and log.exists() else []
+    kept = [line for line in lines if line.endswith("\n") and json.loads(line)["step"] <= step]
     log.write_text("".join(kept), encoding="utf-8")

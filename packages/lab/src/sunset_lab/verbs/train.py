@@ -43,7 +43,7 @@ def _add_networks(parser: argparse.ArgumentParser) -> None:
         help="which networks; the fusion contains both branches, so it means all",
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of everything that is drawn")
-    steps = ", ".join(f"{make().schedule.steps} for {name}" for name, make in CONFIGS.items())
+    steps = ", ".join(f"{config.schedule.steps} for {name}" for name, config in CONFIGS.items())
     add_count_option(
         parser,
         "--steps",

@@ -16,7 +16,7 @@ def test_no_set_sees_the_default_flights_town_and_held_out_towns_are_held_out() 
     towns = {name: {views.town for views in plan} for name, plan in FrameCounts().plans().items()}
     assert towns["train"] == {2, 3, 4, 5, 6}
     assert towns["validation"] == towns["validation_flight"] == {7}
-    assert towns["test"] == towns["test_flight"] == {8}
+    assert towns["test"] == {8}
 
 
 def test_a_set_is_rendered_once_and_again_for_another_plan(tmp_path: Path) -> None:
@@ -69,6 +69,7 @@ def test_rendering_that_was_interrupted_goes_on_with_what_is_missing(tmp_path: P
         assert np.array_equal(getattr(parts, name), getattr(whole, name))
     assert {path.name for path in (tmp_path / "parts").iterdir()} == {
         "plan.json",
+        "finished.npy",
         "bgr.npy",
         "depth.npy",
         "labels.npy",

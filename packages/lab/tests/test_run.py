@@ -72,9 +72,7 @@ def few(frames: FrameSet) -> FrameSet:
 @pytest.fixture(scope="module")
 def small(sets: FrameSets) -> FrameSets:
     """As many frames to measure on as a calibration needs."""
-    return FrameSets(
-        sets.train, few(sets.validation), few(sets.validation_flight), few(sets.test), few(sets.test_flight)
-    )
+    return FrameSets(sets.train, few(sets.validation), few(sets.validation_flight), few(sets.test))
 
 
 class Trained(NamedTuple):

@@ -4,7 +4,7 @@ import pytest
 from sunset.calibration import separate
 from sunset.errors import DataError
 from sunset.metrics import normalised_entropy
-from sunset_lab.inputs import upsampling
+from sunset_lab.architecture import upsampling
 
 pytestmark = pytest.mark.thorough
 

@@ -10,8 +10,8 @@ from torch import Tensor
 from torch.nn import functional
 
 from sunset.classes import CLASSES, IGNORED
+from sunset_lab.architecture import HEIGHT, WIDTH
 from sunset_lab.frames import FrameSet
-from sunset_lab.inputs import HEIGHT, WIDTH
 from sunset_ros.seeding import generator
 
 _SHIFT_PX: Final = ((2, 20), (0, 6))
@@ -69,13 +69,9 @@ def _translation(size: int, scale: float, first: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """Augmented frames, in tensors on a device.
+    """Augmented frames, in tensors on a device, and the phase of their `Draw`.
 
-    Attributes:
-        bgr: (N, 144, 256, 3) uint8.
-        depth: (N, 144, 256) float32, counts.
-        labels: (N, 144, 256) int64.
-        phase: the first row and column of the pixels, every second, on which the loss is computed.
+    `bgr` is (N, 144, 256, 3) uint8, `depth` (N, 144, 256) float32 in counts, and `labels` (N, 144, 256) int64.
     """
 
     bgr: Tensor
@@ -146,8 +142,5 @@ def class_weights(labels: npt.NDArray[np.uint8], limits: tuple[float, float]) ->
     """
     counts = np.bincount(labels.ravel(), minlength=IGNORED + 1)[: len(CLASSES)].astype(float)
     share = counts / max(counts.sum(), 1)
-    seen = share > 0
-    weights = np.zeros(len(CLASSES))
-    weights[seen] = 1 / np.sqrt(share[seen])
-    weights[seen] /= (weights * share).sum()
-    return np.clip(weights, *limits).astype(np.float32)
+    weights = 1 / np.sqrt(np.where(share > 0, share, np.inf))
+    return np.clip(weights / (weights * share).sum(), *limits).astype(np.float32)

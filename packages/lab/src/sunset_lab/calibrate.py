@@ -32,9 +32,9 @@ from sunset.perception import Modality, Model, NetworkCard, Segmenter, is_instal
 from sunset.perception.card import check_name
 from sunset.processes.workers import Stages
 from sunset.system import loaded_extensions
+from sunset_lab.architecture import upsampling
 from sunset_lab.curves import Curves, Figures, curves_of, look
 from sunset_lab.frames import FrameSet, Images, titled
-from sunset_lab.inputs import upsampling
 from sunset_lab.measuring import Arrays, LookOptions, over_frames
 
 TEMPERATURE: Final = "temperature"

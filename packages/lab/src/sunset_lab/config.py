@@ -7,8 +7,7 @@ from typing import Final
 
 from sunset.perception.card import check_name
 from sunset_lab.architecture import Layer
-from sunset_lab.lite import LiteShape
-from sunset_lab.reference import ReferenceShape
+from sunset_lab.shapes import LiteShape, ReferenceShape
 from sunset_ros.seeding import check_seed
 
 MODALITIES: Final = ("rgb", "depth", "fusion")

@@ -30,13 +30,13 @@ from sunset.data import (
 from sunset.errors import OutputError
 from sunset.files.outputs import write_text
 from sunset.processes.workers import Progress, Stages, spread
-from sunset_lab.inputs import HEIGHT, WIDTH
+from sunset_lab.architecture import HEIGHT, WIDTH
 
 TRAINING_TOWNS: Final = (2, 3, 4, 5, 6)
 VALIDATION_TOWN: Final = 7
 TEST_TOWN: Final = 8
 COURSES_DEG: Final = (50.0, 140.0)
-"""Directions of the two flights over a held-out town; the first is the default flight's."""
+"""Directions of the two flights over the validation town; the first is the default flight's."""
 
 _CHUNK: Final = 50
 _LEAST_PASSAGE: Final = 10
@@ -144,7 +144,7 @@ class FrameCounts:
         flight: training frames of each town in the default flight's setting.
         other: training frames of each town in all settings.
         held_out: random views of the validation town, and of the test town.
-        passage: consecutive frames of each of two flights over the validation town, and over the test town.
+        passage: consecutive frames of each of two flights over the validation town.
     """
 
     flight: int = 800
@@ -173,31 +173,28 @@ class FrameCounts:
 
     def plans(self) -> dict[str, FramePlan]:
         """Return the plan of each set."""
-        plans: dict[str, FramePlan] = {"train": ()}
-        for town in TRAINING_TOWNS:
-            plans["train"] += (
-                Views(town, self.flight, 1, flight=True),
-                Views(town, self.other, 2, flight=False),
-            )
-        for kind, town in (("validation", VALIDATION_TOWN), ("test", TEST_TOWN)):
-            plans[kind] = (Views(town, self.held_out, 3, flight=True),)
-            plans[f"{kind}_flight"] = tuple(Passage(town, self.passage, course) for course in COURSES_DEG)
-        return plans
+        kinds = ((self.flight, 1, True), (self.other, 2, False))
+        return {
+            "train": tuple(Views(town, *kind) for town in TRAINING_TOWNS for kind in kinds),
+            "validation": (Views(VALIDATION_TOWN, self.held_out, 3, flight=True),),
+            "validation_flight": tuple(
+                Passage(VALIDATION_TOWN, self.passage, course) for course in COURSES_DEG
+            ),
+            "test": (Views(TEST_TOWN, self.held_out, 3, flight=True),),
+        }
 
 
 @dataclass(frozen=True, slots=True)
 class FrameSets:
     """The frames of a training: for the weights, and of two other towns.
 
-    The other towns have sets of random views, and of consecutive frames of flights. Temperatures and thresholds come
-    from `validation_flight`.
+    Temperatures and thresholds come from `validation_flight`, frames of flights; the others are random views.
     """
 
     train: FrameSet
     validation: FrameSet
     validation_flight: FrameSet
     test: FrameSet
-    test_flight: FrameSet
 
 
 def titled(progress: Stages | None, title: str) -> Progress | None:

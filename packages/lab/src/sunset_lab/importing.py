@@ -21,12 +21,11 @@ from sunset.files.outputs import draft_of_folder
 from sunset.perception import Modality, Model, load_model
 from sunset.perception.card import check_name
 from sunset.processes.workers import Stages
-from sunset_lab.architecture import Layer
+from sunset_lab.architecture import HEIGHT, WIDTH, Layer
 from sunset_lab.config import MODALITIES, TrainingConfig
-from sunset_lab.inputs import HEIGHT, WIDTH
 from sunset_lab.network import build, check_archive, folded_weights
 from sunset_lab.onnx_graph import Format, Network, export
-from sunset_lab.reference import ReferenceShape
+from sunset_lab.shapes import ReferenceShape
 from sunset_ros.texts import shorten
 
 

@@ -17,17 +17,25 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from sunset.classes import CLASSES
-from sunset_lab.architecture import Concat, Conv, Layer, MaxPool, Pool, Resize, Shuffle, Spread, convolutions
-from sunset_lab.frames import FrameSet
-from sunset_lab.inputs import (
+from sunset_lab.architecture import (
     CONTRASTS,
     DEPTH_LIMIT_M,
     FAR_PLANE_M,
     REFERENCE_DEPTH_M,
     RGB_MEAN,
     RGB_STD,
+    Concat,
+    Conv,
+    Layer,
+    MaxPool,
+    Pool,
+    Resize,
+    Shuffle,
+    Spread,
+    convolutions,
     upsampling,
 )
+from sunset_lab.frames import FrameSet
 
 _Array: TypeAlias = npt.NDArray[np.float32]
 

@@ -9,14 +9,24 @@ from typing import Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 import onnx
-from onnx import NodeProto, TensorProto, ValueInfoProto, checker, external_data_helper, helper, numpy_helper
+from onnx import checker, external_data_helper, helper, numpy_helper
 
 from sunset.errors import InvalidInputError
 from sunset.files.outputs import draft_of
 from sunset.perception import Modality, Model
-from sunset_lab.architecture import Concat, Conv, Layer, MaxPool, Pool, Resize, Shuffle, Spread, convolutions
+from sunset_lab.architecture import (
+    Concat,
+    Conv,
+    Layer,
+    MaxPool,
+    Pool,
+    Resize,
+    Shuffle,
+    Spread,
+    convolutions,
+    upsampling,
+)
 from sunset_lab.config import TrainingConfig
-from sunset_lab.inputs import upsampling
 
 Weights: TypeAlias = Mapping[str, tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]]
 """Each convolution's kernel (out, in, k, k) and bias (out,), with the normalisation folded in."""
@@ -73,10 +83,10 @@ class Graph:
 
     def __init__(self, name: str, store: Store, weights: Weights, ranges: Ranges) -> None:
         self._name, self._store, self._weights, self._ranges = name, store, weights, dict(ranges)
-        self._nodes: list[NodeProto] = []
-        self._constants: list[TensorProto] = []
-        self.inputs: list[ValueInfoProto] = []
-        self.outputs: list[ValueInfoProto] = []
+        self._nodes: list[onnx.NodeProto] = []
+        self._constants: list[onnx.TensorProto] = []
+        self.inputs: list[onnx.ValueInfoProto] = []
+        self.outputs: list[onnx.ValueInfoProto] = []
         self.data: set[str] = set()
         """The store's files that the graph needs."""
         self.sizes: dict[str, tuple[int, int]] = {}
@@ -103,11 +113,6 @@ class Graph:
         self._nodes.append(helper.make_node(kind, list(inputs), [output, *more], output, **attributes))
         return output
 
-    def bounds(self, name: str, axis: int, part: slice) -> tuple[str, ...]:
-        """Add the constants of `Slice` for a part along an axis, and return their names."""
-        values = {"start": part.start, "stop": part.stop, "axis": axis}
-        return tuple(self.constant(f"{name}.{key}", [value], np.int64) for key, value in values.items())
-
     def upsample(self, source: str, output: str, size: tuple[int, int], factor: int) -> str:
         """Add the bilinear interpolation of maps by a whole factor, and return the result's name."""
         if factor == 1:
@@ -119,34 +124,34 @@ class Graph:
 
     def layer(self, layer: Layer) -> None:
         """Add a layer, after its sources."""
-        sizes = self.sizes
+        name, sizes = layer.name, self.sizes
         match layer:
             case Conv():
-                sizes[layer.name] = _scaled(sizes[layer.source], 1, layer.stride)
+                sizes[name] = _scaled(sizes[layer.source], 1, layer.stride)
                 self._convolution(layer)
             case MaxPool():
-                sizes[layer.name] = _scaled(sizes[layer.source], 1, 2)
+                sizes[name] = _scaled(sizes[layer.source], 1, 2)
                 geometry = {"kernel_shape": [3, 3], "strides": [2, 2], "pads": [1] * 4}
-                self._result("MaxPool", [layer.source], layer.name, **geometry)
+                self._result("MaxPool", [layer.source], name, **geometry)
             case Pool():
-                sizes[layer.name] = (1, 1)
-                self._result("GlobalAveragePool", [layer.source], layer.name)
+                sizes[name] = (1, 1)
+                self._result("GlobalAveragePool", [layer.source], name)
             case Spread():
-                sizes[layer.name] = sizes[layer.like]
-                size = self.constant(f"{layer.name}.size", [1, 1, *sizes[layer.like]], np.int64)
-                self._result("Expand", [layer.source, size], layer.name)
+                sizes[name] = sizes[layer.like]
+                size = self.constant(f"{name}.size", [1, 1, *sizes[layer.like]], np.int64)
+                self._result("Expand", [layer.source, size], name)
             case Resize():
-                sizes[layer.name] = _scaled(sizes[layer.source], layer.factor)
-                result = f"{layer.name}.linear" if layer.relu else layer.name
+                sizes[name] = _scaled(sizes[layer.source], layer.factor)
+                result = f"{name}.linear" if layer.relu else name
                 self.upsample(layer.source, result, sizes[layer.source], layer.factor)
                 if layer.relu:
-                    self._result("Relu", [result], layer.name)
+                    self._result("Relu", [result], name)
             case Shuffle():
-                sizes[layer.name] = _scaled(sizes[layer.source], 2)
-                self._result("DepthToSpace", [layer.source], layer.name, blocksize=2, mode="CRD")
+                sizes[name] = _scaled(sizes[layer.source], 2)
+                self._result("DepthToSpace", [layer.source], name, blocksize=2, mode="CRD")
             case Concat():
-                sizes[layer.name] = sizes[layer.sources[0]]
-                self._result("Concat", layer.sources, layer.name, axis=1)
+                sizes[name] = sizes[layer.sources[0]]
+                self._result("Concat", layer.sources, name, axis=1)
 
     def _result(self, kind: str, inputs: Sequence[str], name: str, **attributes: object) -> None:
         """Add a node whose result is rounded to 8 bits if it has a range."""
@@ -155,10 +160,7 @@ class Graph:
             return
         self.node(kind, inputs, f"{name}.exact", **attributes)
         scale, zero = _grid(self._ranges[name])
-        grid = (
-            self.constant(f"{name}.scale", scale),
-            self.constant(f"{name}.zero", zero, np.uint8),
-        )
+        grid = (self.constant(f"{name}.scale", scale), self.constant(f"{name}.zero", zero, np.uint8))
         self.node("QuantizeLinear", [f"{name}.exact", *grid], f"{name}.8bit")
         self.node("DequantizeLinear", [f"{name}.8bit", *grid], name)
 
@@ -219,8 +221,10 @@ class Graph:
         scales = np.maximum(greatest, 1e-8).astype(np.float32) / _KERNEL_LIMIT
         scales = np.maximum(scales, np.abs(bias) / (step_of_input * _BIAS_LIMIT)).astype(np.float32)
         self.kernel(f"{name}.kernel.8bit", np.rint(kernel / scales[:, None, None, None]), np.int8)
-        self.constant(f"{name}.kernel.scale", scales)
-        self.constant(f"{name}.kernel.zero", np.zeros(len(scales)), np.int8)
+        grid = (
+            self.constant(f"{name}.kernel.scale", scales),
+            self.constant(f"{name}.kernel.zero", np.zeros(len(scales)), np.int8),
+        )
         products = scales * step_of_input
         rounded = self.constant(f"{name}.bias.32bit", np.rint(bias / products), np.int32)
         step = self.constant(f"{name}.bias.scale", products)
@@ -229,31 +233,34 @@ class Graph:
         pads = [layer.padding(size) for size in sizes]
         for axis, size in enumerate(sizes):
             if layer.worth_cutting(size):
-                self._in_regions(layer, axis, taps, pads)
+                self._in_regions(layer, axis, taps, pads, grid)
                 return
-        self._dequantise(layer, f"{name}.kernel.8bit", f"{name}.kernel")
+        self.node("DequantizeLinear", [f"{name}.kernel.8bit", *grid], f"{name}.kernel", axis=0)
         self._convolve(layer, name, layer.source, taps, pads)
 
-    def _in_regions(self, layer: Conv, axis: int, taps: Sequence[int], pads: Sequence[int]) -> None:
+    def _in_regions(
+        self, layer: Conv, axis: int, taps: Sequence[int], pads: Sequence[int], grid: Sequence[str]
+    ) -> None:
         """Add a convolution in 8 bits as a convolution for each region, along rows (0) or columns (1)."""
         regions = layer.regions(self.sizes[layer.source][axis])
         parts = [f"{layer.name}.region{index}" for index in range(len(regions))]
         for part, region in zip(parts, regions, strict=True):
             self._ranges[part] = self._ranges[layer.name]
             self._ranges[f"{part}.source"] = self._ranges[layer.source]
-            bounds = self.bounds(f"{part}.source", _ROWS + axis, region.source)
+            bounds = self._bounds(f"{part}.source", region.source, axis)
             self._result("Slice", [layer.source, *bounds], f"{part}.source")
-            bounds = self.bounds(f"{part}.kernel", _ROWS + axis, region.taps)
+            bounds = self._bounds(f"{part}.kernel", region.taps, axis)
             self.node("Slice", [f"{layer.name}.kernel.8bit", *bounds], f"{part}.kernel.8bit")
-            self._dequantise(layer, f"{part}.kernel.8bit", f"{part}.kernel")
+            self.node("DequantizeLinear", [f"{part}.kernel.8bit", *grid], f"{part}.kernel", axis=0)
             own, around = list(taps), list(pads)
             own[axis], around[axis] = region.taps.stop - region.taps.start, 0
             self._convolve(layer, part, f"{part}.source", own, around)
         self._result("Concat", parts, layer.name, axis=_ROWS + axis)
 
-    def _dequantise(self, layer: Conv, stored: str, kernel: str) -> None:
-        grid = (f"{layer.name}.kernel.scale", f"{layer.name}.kernel.zero")
-        self.node("DequantizeLinear", [stored, *grid], kernel, axis=0)
+    def _bounds(self, name: str, part: slice, axis: int) -> list[str]:
+        """Add the constants of `Slice` for rows (0) or columns (1)."""
+        values = {"start": part.start, "stop": part.stop, "axis": _ROWS + axis}
+        return [self.constant(f"{name}.{key}", [value], np.int64) for key, value in values.items()]
 
     def write(self, path: Path) -> None:
         """Write and check the graph, after the store."""
@@ -263,11 +270,6 @@ class Graph:
         with draft_of(path) as draft:
             draft.write_bytes(model.SerializeToString(deterministic=True))
         checker.check_model(os.fspath(path))
-
-
-def tensor_info(name: str, dtype: int, shape: Sequence[int]) -> ValueInfoProto:
-    """Return the description of an input or output."""
-    return helper.make_tensor_value_info(name, dtype, list(shape))
 
 
 def _scaled(size: tuple[int, int], factor: int, stride: int = 1) -> tuple[int, int]:

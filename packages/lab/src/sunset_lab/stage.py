@@ -18,9 +18,9 @@ from torch.nn import functional
 from sunset.classes import IGNORED
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.metrics import count_classes, image_iou
+from sunset_lab.architecture import HEIGHT, WIDTH
 from sunset_lab.augment import Batch, DeviceFrames, cells_of, class_weights, draw, movement
 from sunset_lab.config import Stage, TrainingConfig
-from sunset_lab.inputs import HEIGHT, WIDTH
 from sunset_lab.network import (
     build,
     check_archive,

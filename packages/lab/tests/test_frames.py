@@ -7,7 +7,7 @@ import pytest
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import render_views
 from sunset.errors import OutputError
-from sunset_lab.frames import FrameCounts, Passage, Views, render_set
+from sunset_lab.frames import FrameCounts, Views, render_set
 
 pytestmark = pytest.mark.thorough
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.thorough
 def test_no_set_sees_the_default_flights_town_and_held_out_towns_are_held_out() -> None:
     towns = {name: {views.town for views in plan} for name, plan in FrameCounts().plans().items()}
     assert towns["train"] == {2, 3, 4, 5, 6}
-    assert towns["validation"] == towns["validation_flight"] == {7}
+    assert towns["validation"] == {7}
     assert towns["test"] == {8}
 
 
@@ -25,7 +25,7 @@ def test_a_set_is_rendered_once_and_again_for_another_plan(tmp_path: Path) -> No
     def progress(done: int, total: int) -> None:
         calls.append((done, total))
 
-    plan = (Views(3, 2, 1, flight=True), Passage(3, 2, 50.0))
+    plan = (Views(3, 2, 1, flight=True), Views(3, 2, 2, flight=False))
     frames = render_set(plan, tmp_path / "set", jobs=1, progress=progress)
     assert frames.bgr.shape == (4, 144, 256, 3)
     assert frames.labels.max() < 28
@@ -88,7 +88,7 @@ def test_fewer_frames_are_asked_for_by_one_number() -> None:
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
-    plan = (Passage(3, 1, 50.0),)
+    plan = (Views(3, 1, 1, flight=True),)
     with pytest.raises(OutputError, match=r"The training frames cannot be written to .*file"):
         render_set(plan, tmp_path / "file" / "set", jobs=1)
 
@@ -96,5 +96,5 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 def test_what_is_no_set_of_frames_is_not_removed(tmp_path: Path) -> None:
     (tmp_path / "photo.txt").write_text("dear", encoding="utf-8")
     with pytest.raises(OutputError, match=r"holds photo\.txt, which is not of this training's frames"):
-        render_set((Passage(3, 1, 50.0),), tmp_path, jobs=1)
+        render_set((Views(3, 1, 1, flight=True),), tmp_path, jobs=1)
     assert (tmp_path / "photo.txt").read_text(encoding="utf-8") == "dear"

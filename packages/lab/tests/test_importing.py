@@ -235,7 +235,7 @@ def test_a_folder_without_checkpoints_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("width", "height"), [(100, 64), (96, 0), (96, 20)])
 def test_a_size_that_the_networks_cannot_take_is_refused(width: int, height: int, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInputError, match=f"multiples of 8, got {width}x{height}"):
+    with pytest.raises(InvalidInputError, match=f"multiples of 8, of at most 4096, got {width}x{height}"):
         import_checkpoints(tmp_path, tmp_path / "model", name="x", height=height, width=width)
 
 

@@ -24,7 +24,6 @@ from sunset.data import (
     Frame,
     flight_bag,
     read_bag,
-    render_frames,
     render_views,
 )
 from sunset.errors import OutputError
@@ -118,21 +117,7 @@ class Views:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Passage:
-    """Consecutive frames, ten a second, of a flight like the default flight over another town, on a course."""
-
-    town: int
-    count: int
-    course_deg: float
-
-    def render(self, start: int, count: int) -> Iterator[Frame]:
-        """Render some of the frames."""
-        plan = FlightPlan(town=self.town, frames=self.count, course_deg=self.course_deg)
-        return render_frames(plan, range(start, start + count))
-
-
-FramePlan: TypeAlias = tuple[Views | Passage, ...]
+FramePlan: TypeAlias = tuple[Views, ...]
 """The frames of a set, never of town 1, the default flight's."""
 
 
@@ -172,14 +157,11 @@ class FrameCounts:
         )
 
     def plans(self) -> dict[str, FramePlan]:
-        """Return the plan of each set."""
+        """Return the plan of each set of views."""
         kinds = ((self.flight, 1, True), (self.other, 2, False))
         return {
             "train": tuple(Views(town, *kind) for town in TRAINING_TOWNS for kind in kinds),
             "validation": (Views(VALIDATION_TOWN, self.held_out, 3, flight=True),),
-            "validation_flight": tuple(
-                Passage(VALIDATION_TOWN, self.passage, course) for course in COURSES_DEG
-            ),
             "test": (Views(TEST_TOWN, self.held_out, 3, flight=True),),
         }
 
@@ -205,20 +187,20 @@ def titled(progress: Stages | None, title: str) -> Progress | None:
 def render_sets(
     counts: FrameCounts, folder: Path, *, jobs: int = 2, progress: Stages | None = None
 ) -> FrameSets:
-    """Render all sets, each into its own folder, as far as they are missing."""
-    return FrameSets(
-        **{
-            name: render_set(plan, folder / name, jobs=jobs, progress=titled(progress, name))
-            for name, plan in counts.plans().items()
-        }
-    )
+    """Render all sets as far as they are missing: views into folders, flights into the cache."""
+    views = {
+        name: render_set(plan, folder / name, jobs=jobs, progress=titled(progress, name))
+        for name, plan in counts.plans().items()
+    }
+    flight = validation_flight((HEIGHT, WIDTH), count=counts.passage, jobs=jobs, progress=progress)
+    return FrameSets(**views, validation_flight=flight)
 
 
 class _Chunk(NamedTuple):
     """Frames that are rendered together: their first place in the set, and in their views."""
 
     place: int
-    views: Views | Passage
+    views: Views
     start: int
     size: int
 

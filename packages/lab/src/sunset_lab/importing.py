@@ -19,7 +19,7 @@ from sunset.errors import InvalidInputError, ModelError
 from sunset.files.inputs import file_digest
 from sunset.files.outputs import draft_of_folder
 from sunset.perception import Modality, Model, load_model
-from sunset.perception.card import check_name
+from sunset.perception.card import MAX_SIDE, check_name
 from sunset.processes.workers import Stages
 from sunset_lab.architecture import HEIGHT, WIDTH, Layer
 from sunset_lab.config import MODALITIES, TrainingConfig
@@ -69,9 +69,10 @@ def import_checkpoints(
 def _checked_paths(folder: Path, name: str, height: int, width: int) -> dict[str, Path]:
     """Return the checkpoints in a folder by network, after checks of the arguments."""
     stride = ReferenceShape.stride
-    if min(height, width) < stride or height % stride or width % stride:
+    if not all(side in range(stride, MAX_SIDE + 1, stride) for side in (width, height)):
         raise InvalidInputError(
-            f"The networks take frames whose width and height are multiples of {stride}, got {width}x{height}."
+            f"The networks take frames whose width and height are multiples of {stride}, of at most {MAX_SIDE}, got "
+            f"{width}x{height}."
         )
     check_name(name)
     paths = {key: folder / f"{key}.pth" for key in MODALITIES}

@@ -22,9 +22,8 @@ from sunset.api.arguments import (
 from sunset.calibration import fit_to_flight
 from sunset.data import DEFAULT_FLIGHT, flight_bag, read_bag
 from sunset.errors import InvalidInputError, MissingExtraError, OutputError
-from sunset.experiments import inference_file, missing_networks
+from sunset.experiments import inference_file
 from sunset.perception import Model, find_device, list_models, load_model
-from sunset.perception.card import MAX_SIDE
 from sunset.processes.workers import Progress, processors
 from sunset_lab import (
     CONFIGS,
@@ -38,17 +37,6 @@ from sunset_lab import (
 )
 from sunset_lab.measuring import LookOptions
 from sunset_ros.texts import shown, suggestion
-
-__all__ = [
-    "MAX_SIDE",
-    "TrainingOptions",
-    "calibrate_model",
-    "import_model",
-    "measure_curves",
-    "measure_iou",
-    "missing_networks",
-    "train_model",
-]
 
 # ruff: noqa: PLC0415  torch and onnx, of the extra `train`, are imported when they are needed
 
@@ -179,20 +167,18 @@ def import_model(
         raise OutputError(
             f"The folder {folder} exists: name a new one for the model with --out, in Python with out."
         )
-    width, height = _sides(size)
-    source = as_path(checkpoints, "folder of the checkpoints")
+    match size:
+        case int(width), int(height):
+            pass
+        case _:
+            raise InvalidInputError(
+                f"The size must be width and height in pixels, such as (256, 144), got {size!r}."
+            )
+    source, name = as_path(checkpoints, "folder of the checkpoints"), name or folder.resolve().name
     _check_extra("Importing checkpoints", "torch", "onnx")
     from sunset_lab.importing import import_checkpoints
 
-    name = name or folder.resolve().name
     return import_checkpoints(source, folder, name=name, height=height, width=width, progress=progress)
-
-
-def _sides(size: tuple[int, int]) -> tuple[int, int]:
-    match size:
-        case int(width), int(height):
-            return width, height
-    raise InvalidInputError(f"The size must be width and height in pixels, such as (256, 144), got {size!r}.")
 
 
 def calibrate_model(
@@ -266,12 +252,14 @@ def measure_curves(
     """
     check_progress(progress, rendering)
     loaded, options = _loaded(model), _look_options(device, jobs, progress)
+    device, jobs = options["device"], options["jobs"]
     groups = count_of(every, "groups of frames") or 1
     with extended(extensions):
         plan = replace(DEFAULT_FLIGHT, size=_size(loaded))
-        path = optional_path(bag, "bag") or flight_bag(plan, progress=rendering, jobs=options["jobs"])
-        chosen = _strengths_of(strengths)
-        fitted = _fitted(loaded, path, options["device"], options["jobs"])
+        path = optional_path(bag, "bag") or flight_bag(plan, progress=rendering, jobs=jobs)
+        chosen, cache = _strengths_of(strengths), inference_file() if device == "cpu" else None
+        with read_bag(path, size=_size(loaded)) as reader:  # the thresholds that hold on it
+            fitted, _ = fit_to_flight(loaded, reader, device=device, cache=cache, jobs=jobs)
         return curves.measure_curves(fitted, path, every=groups, strengths=chosen, **options)
 
 
@@ -322,22 +310,16 @@ def _look_options(device: str, jobs: int | None, progress: Progress | None = Non
     return {"device": find_device(device), "jobs": count_of(jobs, "jobs"), "progress": progress}
 
 
-def _fitted(model: Model, bag: Path, device: str, jobs: int | None) -> Model:
-    """Return a model with the thresholds that hold on a bag."""
-    cache = inference_file() if device == "cpu" else None
-    with read_bag(bag, size=_size(model)) as reader:
-        return fit_to_flight(model, reader, device=device, cache=cache, jobs=jobs)[0]
-
-
-def _strengths_of(strengths: Mapping[str, float] | None) -> dict[str, float] | None:
+def _strengths_of(strengths: Mapping[str, float] | None) -> dict[str, float]:
     if strengths is None:
-        return None
-    numbers = isinstance(strengths, Mapping) and {name: number_of(value) for name, value in strengths.items()}
-    if not isinstance(numbers, dict) or not all(type(number) is float for number in numbers.values()):
-        raise InvalidInputError(
-            f"The strengths must be numbers by fault, such as {{'image_shift': 8}}, got {shown(strengths)}."
-        )
-    return numbers
+        return {}
+    if isinstance(strengths, Mapping):
+        numbers = {name: number_of(value) for name, value in strengths.items()}
+        if all(type(number) is float for number in numbers.values()):
+            return numbers
+    raise InvalidInputError(
+        f"The strengths must be numbers by fault, such as {{'image_shift': 8}}, got {shown(strengths)}."
+    )
 
 
 def _check_extra(purpose: str, *packages: str) -> None:

@@ -155,11 +155,12 @@ def _measure_places(
         if progress is not None:
             progress(done + part, total)
 
+    noted: LookOptions = {**options, "progress": note}
     parts = []
     for bag, chosen in places:
         counts = []
         for model in models:
-            counts.append(measure(model, bag, chosen, **{**options, "progress": note}).counts)
+            counts.append(measure(model, bag, chosen, **noted).counts)
             done += len(chosen)
         parts.append(Measured(np.concatenate(counts, axis=1)))
     return parts

@@ -9,8 +9,8 @@ from typing import Any
 import sunset
 from sunset.cli.options import add_count_option, add_flag, add_path, add_settings
 from sunset.cli.progress import stages_progress
+from sunset.experiments import missing_networks
 from sunset_lab import CONFIGS, MODALITIES
-from sunset_lab.models import missing_networks
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

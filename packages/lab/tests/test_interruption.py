@@ -31,6 +31,7 @@ import torch._dynamo
 from sunset.cli._main import _interrupt
 from sunset_lab import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig, stage
 from sunset_lab.run import train_on
+from sunset_lab.stage import Training
 
 SHAPE = LiteShape(16, (16, 16, 16), (1, 1, 1), pyramid=16, rates=(2,), skips=(16, 16), decoder=16)
 SCHEDULE = Schedule(phases=(Phase(6, 2),), warm_up=2, log_every=4, validate_every=4)
@@ -44,13 +45,11 @@ def train(folder, sets, at, number):
     torch.set_num_threads(1)
     signal.signal(signal.SIGTERM, _interrupt)
     stage.CHECKPOINT_EVERY_S = 0.0
+    config = TrainingConfig("tiny", shape=SHAPE, schedule=SCHEDULE)
     train_on(
-        TrainingConfig("tiny", shape=SHAPE, schedule=SCHEDULE),
+        Training(config, Path(folder) / "work", resume=True, progress=progress),
         FrameSets(*(FrameSet.load(Path(sets) / str(number)) for number in range(4))),
         Path(folder) / "model",
-        work=Path(folder) / "work",
-        resume=True,
-        progress=progress,
     )
 
 work = train

@@ -11,6 +11,7 @@ import pytest
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.perception import Modality, Model, Segmenter
 from sunset_lab import (
+    FrameCounts,
     FrameSet,
     FrameSets,
     LiteShape,
@@ -26,6 +27,7 @@ pytestmark = pytest.mark.thorough
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
+from sunset_lab import run  # noqa: E402  needs torch
 from sunset_lab.network import (  # noqa: E402
     build,
     forward,
@@ -33,11 +35,7 @@ from sunset_lab.network import (  # noqa: E402
     start_from_the_sum,
     upsample,
 )
-from sunset_lab.run import (  # noqa: E402
-    learn,
-    train,
-    train_on,
-)
+from sunset_lab.stage import Training  # noqa: E402
 
 torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
 
@@ -59,6 +57,20 @@ NARROW = TrainingConfig(
     schedule=PHASES,
     merging=replace(TINY.schedule, distinct=4),
 )
+
+
+def learn(
+    config: TrainingConfig, frames: FrameSet, validation: FrameSet, work: Path, **options: Any
+) -> torch.nn.Module:
+    return run.learn(Training(config, work, **options), frames, validation)
+
+
+def train_on(config: TrainingConfig, sets: FrameSets, out: Path, *, work: Path, **options: Any) -> Model:
+    return run.train_on(Training(config, work, **options), sets, out)
+
+
+def train(config: TrainingConfig, out: Path, *, work: Path, **options: Any) -> Model:
+    return run.train(Training(config, work, **options), out, FrameCounts())
 
 
 def log_of(folder: Path) -> list[dict[str, Any]]:
@@ -275,7 +287,7 @@ def test_a_resumed_run_learns_what_an_undisturbed_one_learns(
     resumed = learn(config, small.train, small.validation, tmp_path / "parts", resume=True)
     for name, value in whole.state_dict().items():
         assert torch.equal(value, resumed.state_dict()[name]), name
-    logs = [log_of(tmp_path / run / last) for run in ("whole", "parts")]
+    logs = [log_of(tmp_path / part / last) for part in ("whole", "parts")]
     for log in logs:
         for line in log:
             del line["seconds"]

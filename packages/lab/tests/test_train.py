@@ -63,11 +63,14 @@ def test_a_trained_model_has_the_name_of_its_folder_unless_it_is_given_one(
 ) -> None:
     names = []
 
-    def training(config: TrainingConfig, *_: object, **__: object) -> Model:
+    def train(config: TrainingConfig, *_: object) -> Model:
         names.append(config.name)
         return load_model("lite")
 
     monkeypatch.setattr("sunset_lab.models._check_extra", lambda *_: None)
-    monkeypatch.setitem(sys.modules, "sunset_lab.run", SimpleNamespace(train=training))
+    monkeypatch.setitem(sys.modules, "sunset_lab.run", SimpleNamespace(train=train))
+    monkeypatch.setitem(
+        sys.modules, "sunset_lab.stage", SimpleNamespace(Training=lambda config, *_, **__: config)
+    )
     assert main(["train", "--out", str(tmp_path / "mine"), *named]) == 0
     assert names == [name]

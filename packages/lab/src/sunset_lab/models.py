@@ -100,12 +100,11 @@ def train_model(
     config = _training_config(model, options.get("name") or folder.resolve().name, options)
     _check_extra("Training", "torch", "onnx")
     from sunset_lab.run import train
+    from sunset_lab.stage import Training
 
-    return train(
+    training = Training(
         config,
-        folder,
-        work=work,
-        counts=_frame_counts(options),
+        work,
         start=None if (start := options.get("start_from")) is None else load_model(start),
         resume=resume,
         jobs=count_of(options.get("jobs"), "jobs") or processors(),
@@ -113,6 +112,7 @@ def train_model(
         compiled=compiled,
         progress=progress,
     )
+    return train(training, folder, _frame_counts(options))
 
 
 def _frame_counts(options: TrainingOptions) -> FrameCounts:

@@ -2,11 +2,11 @@
 
 import json
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final, TypedDict, Unpack
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -21,11 +21,11 @@ from sunset_lab.augment import DeviceFrames, class_weights
 from sunset_lab.calibrate import calibrate, publish
 from sunset_lab.config import Stage, TrainingConfig
 from sunset_lab.frames import VALIDATION_TOWN, FrameCounts, FrameSet, FrameSets, render_sets, titled
-from sunset_lab.measuring import Measured, measure
+from sunset_lab.measuring import LookOptions, Measured, measure
 from sunset_lab.network import build, folded_weights, frame_inputs, ranges, shift_logits, unfold
 from sunset_lab.onnx_graph import Format, Network, export
 from sunset_lab.onnx_layers import stored_weights
-from sunset_lab.stage import CHECKPOINT, LOG, Progress, StageRun, Training, Weights
+from sunset_lab.stage import CHECKPOINT, LOG, Material, StageRun, Training, Weights
 
 _FINISH: Final = "finish"
 """The folder in which a model is finished when its weights are learned."""
@@ -33,106 +33,70 @@ _FINISH: Final = "finish"
 _Measure = Callable[[str, Model, FrameSet], Measured]
 
 
-class RunOptions(TypedDict, total=False):
-    """The options of a training."""
-
-    start: Model | None
-    """A model to train further; None for random weights."""
-    resume: bool
-    """Whether to continue at the last checkpoint in the work folder, which must hold none otherwise."""
-    jobs: int
-    """Processes that render and measure; 1 by default."""
-    device: str
-    """Of the training: "cpu", "cuda", or "auto" for "cuda" where torch offers it."""
-    compiled: bool
-    """Whether torch compiles the networks."""
-    progress: Progress | None
-    """Called now and then; its exceptions end the training in order, so that it can be resumed."""
-
-
-def train(
-    config: TrainingConfig,
-    out: Path,
-    *,
-    work: Path,
-    counts: FrameCounts | None = None,
-    **options: Unpack[RunOptions],
-) -> Model:
+def train(training: Training, out: Path, counts: FrameCounts) -> Model:
     """Render frames, learn weights, calibrate, measure, and write a model.
 
-    Frames, checkpoints and logs are kept in `work` and used again. `out` receives the networks, `card.json` and
-    `card.md`.
+    Frames, checkpoints and logs are used again. `out` receives the networks, `card.json` and `card.md`.
     """
-    if (start := options.get("start")) is not None:
-        stored_weights(start, config)  # mistakes are reported before hours of work
-    find_torch_device(options.get("device", "cpu"))
-    for folder in (out, work):  # without making them
+    if training.start is not None:
+        stored_weights(training.start, training.config)  # mistakes are reported before hours of work
+    find_torch_device(training.device)
+    for folder in (out, training.work):  # without making them
         parent = next(path for path in (folder, *folder.absolute().parents) if path.exists())
         try:
             TemporaryDirectory(dir=parent).cleanup()
         except OSError as error:
             raise OutputError(f"The training cannot write to {folder}: {error.strerror}.") from error
-    check_work(config, work, resume=options.get("resume", False))
-    jobs, progress = options.get("jobs", 1), options.get("progress")
-    sets = render_sets(counts or FrameCounts(), work / "frames", jobs=jobs, progress=progress)
-    return train_on(config, sets, out, work=work, **options)
+    _check_work(training)
+    sets = render_sets(counts, training.work / "frames", jobs=training.jobs, progress=training.progress)
+    return train_on(training, sets, out)
 
 
-def train_on(
-    config: TrainingConfig, sets: FrameSets, out: Path, *, work: Path, **options: Unpack[RunOptions]
-) -> Model:
+def train_on(training: Training, sets: FrameSets, out: Path) -> Model:
     """Train on given frames; see `train`."""
     try:
-        modules = learn(config, sets.train, sets.validation, work, **options)
-        draft = _finished(config, modules, sets, work, options)
-        publish(draft, out)
-        shutil.rmtree(work / _FINISH)
+        publish(_finished(training, learn(training, sets.train, sets.validation), sets), out)
+        shutil.rmtree(training.work / _FINISH)
     except OSError as error:
         raise OutputError(
-            f"The training cannot write to {out} or {work}: {error.strerror or error}."
+            f"The training cannot write to {out} or {training.work}: {error.strerror or error}."
         ) from error
     return load_model(out)
 
 
-def learn(
-    config: TrainingConfig, frames: FrameSet, validation: FrameSet, work: Path, **options: Unpack[RunOptions]
-) -> nn.Module:
+def learn(training: Training, frames: FrameSet, validation: FrameSet) -> nn.Module:
     """Learn the weights of all networks of a model, and return them in a torch module on the CPU.
 
-    `validation` are the frames of the log's IoU. Every stage has a folder in `work`; finished stages are not repeated.
+    `validation` are the frames of the log's IoU. Finished stages are not repeated.
     """
-    start, resume = options.get("start"), options.get("resume", False)
-    check_work(config, work, resume=resume)
-    networks = {name: config.plan((name,)) for name in config.modalities}
+    _check_work(training)
+    config, device = training.config, find_torch_device(training.device)
     labels = np.asarray(frames.labels[:: max(1, len(frames) // 500)])
     log_weights = np.log(class_weights(labels, config.schedule.class_weight_range))
-    device = find_torch_device(options.get("device", "cpu"))
-    training = Training(
-        config=config,
+    material = Material(
         frames=DeviceFrames(frames, device),
         digest=frames.digest(),
         labels=labels,
         validation=DeviceFrames(validation.spread_out(48), device),
-        begun={} if start is None else _begun(config, networks, start, frames.spread_out(12), log_weights),
-        origin=origin_of(start),
+        begun=_begun(config, training.start, frames.spread_out(12), log_weights) if training.start else {},
         device=device,
-        compiled=options.get("compiled", False),
     )
     weights: dict[str, Tensor] = {}
     for stage in config.stages():
-        run = StageRun(training, stage, work / stage.name, weights)
-        weights |= run.fit(resume=resume, progress=options.get("progress"))
+        weights |= StageRun(training, material, stage, weights).fit()
     modules = build(config.plan(config.modalities))
     modules.load_state_dict(weights)
-    shift_logits(networks, modules, np.float32(-config.logit_adjustment) * log_weights)
+    shift_logits(_networks(config), modules, np.float32(-config.logit_adjustment) * log_weights)
     return modules.eval()
 
 
-def check_work(config: TrainingConfig, work: Path, *, resume: bool) -> None:
-    """Refuse to begin a training in a folder with a checkpoint, unless `resume` is true."""
-    if not resume and any((work / stage.name / CHECKPOINT).exists() for stage in config.stages()):
+def _check_work(training: Training) -> None:
+    """Refuse to begin a training in a folder with a checkpoint, unless it is resumed."""
+    folders = [training.work / stage.name for stage in training.config.stages()]
+    if not training.resume and any((folder / CHECKPOINT).exists() for folder in folders):
         raise InvalidInputError(
-            f"The work folder {work} holds a training already: go on with it (--resume), or name another folder."
+            f"The work folder {training.work} holds a training already: go on with it (--resume), or name another "
+            "folder."
         )
 
 
@@ -149,17 +113,13 @@ def find_torch_device(wanted: str) -> torch.device:
     return torch.device("cuda" if wanted != "cpu" and offered else "cpu")
 
 
-def origin_of(start: Model | None) -> str:
-    """Return the name and version of the model that a training starts from; empty for random weights."""
-    return "" if start is None else f"{start.card.name}, version {start.card.version}"
+def _networks(config: TrainingConfig) -> dict[str, tuple[Layer, ...]]:
+    """Return the plan of each network; for the fusion, of its merging layers only."""
+    return {name: config.plan((name,)) for name in config.modalities}
 
 
 def _begun(
-    config: TrainingConfig,
-    networks: Mapping[str, Sequence[Layer]],
-    start: Model,
-    few: FrameSet,
-    log_weights: npt.NDArray[np.float32],
+    config: TrainingConfig, start: Model, few: FrameSet, log_weights: npt.NDArray[np.float32]
 ) -> Weights:
     """Return the weights that a training begins with; normalisation is estimated on a few frames.
 
@@ -168,32 +128,32 @@ def _begun(
     stored = stored_weights(start, config)
     modules = build(config.plan(config.modalities)).eval()
     logits: dict[str, Tensor] = {}
-    for name, layers in networks.items():
+    for name, layers in _networks(config).items():
         results = frame_inputs(few.bgr, few.depth) | logits
         unfold(layers, modules, stored, results)
         logits[f"{name}.logits"] = results[f"{name}.logits"]
     share = start.card.training.get("logit_adjustment")
     adjustment = float(share) if isinstance(share, int | float) else 0.0
-    shift_logits(networks, modules, np.float32(adjustment) * log_weights)
+    shift_logits(_networks(config), modules, np.float32(adjustment) * log_weights)
     weights: Weights = modules.state_dict()
     return weights
 
 
-def _finished(
-    config: TrainingConfig, modules: nn.Module, sets: FrameSets, work: Path, options: RunOptions
-) -> Path:
+def _finished(training: Training, modules: nn.Module, sets: FrameSets) -> Path:
     """Return the folder of the exported, calibrated and measured model."""
-    jobs, progress, start = options.get("jobs", 1), options.get("progress"), options.get("start")
-    draft, kept = _empty_folder(work / _FINISH / "draft"), work / _FINISH / "kept"
+    home, progress = training.work / _FINISH, training.progress
+    draft = _empty_folder(home / "draft")
+    options: LookOptions = {"jobs": training.jobs, "kept": home / "kept"}
 
     def measured(title: str, model: Model, frames: FrameSet) -> Measured:
-        return measure(model, frames, jobs=jobs, progress=titled(progress, title), kept=kept)
+        noted: LookOptions = {**options, "progress": titled(progress, title)}
+        return measure(model, frames, **noted)
 
-    results = _export(config, modules, sets, draft, measured)
+    results = _export(training.config, modules, sets, draft, measured)
     source = f"two flights over town {VALIDATION_TOWN}"
-    model = calibrate(load_model(draft), sets.validation_flight, source, progress, jobs=jobs, kept=kept)
+    model = calibrate(load_model(draft), sets.validation_flight, source, progress, **options)
     results |= _held_out_results(model, sets, measured)
-    facts = _facts(config, sets, work, find_torch_device(options.get("device", "cpu")), start)
+    facts = _facts(training, sets)
     replace(model.card, training=facts, results={**results, **model.card.results}).write(draft)
     return draft
 
@@ -264,10 +224,9 @@ def _held_out_results(model: Model, sets: FrameSets, measured: _Measure) -> dict
     }
 
 
-def _facts(
-    config: TrainingConfig, sets: FrameSets, work: Path, device: torch.device, start: Model | None
-) -> dict[str, object]:
+def _facts(training: Training, sets: FrameSets) -> dict[str, object]:
     """Return the card's `training`, from the logs of the stages."""
+    config, start = training.config, training.start
     return {
         "data": (
             "rendered towns 2 to 6; town 7 for temperatures and thresholds, town 8 for the test; the default "
@@ -276,12 +235,9 @@ def _facts(
         ),
         "frames": {field.name: {"frames": len(getattr(sets, field.name))} for field in fields(sets)},
         "seed": config.seed,
-        "device": device.type,
+        "device": find_torch_device(training.device).type,
         "network": asdict(config.shape),
-        "stages": {
-            stage.name: _stage_facts(stage, work / stage.name / LOG, origin_of(start))
-            for stage in config.stages()
-        },
+        "stages": {stage.name: _stage_facts(training, stage) for stage in config.stages()},
         "loss": (
             "cross entropy at every second row and column, classes weighted by 1/sqrt(share of pixels) within "
             "class_weight_range; the sum over the networks learned at once, and for the fusion the same on "
@@ -296,10 +252,11 @@ def _facts(
     }
 
 
-def _stage_facts(stage: Stage, log: Path, origin: str) -> Mapping[str, object]:
-    lines = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+def _stage_facts(training: Training, stage: Stage) -> dict[str, object]:
+    text = (training.work / stage.name / LOG).read_text(encoding="utf-8")
+    lines = [json.loads(line) for line in text.splitlines()]
     tenth = max(1, len(lines) // 10)
-    begun = origin or stage.begun_with or "random weights"
+    begun = training.origin or stage.begun_with or "random weights"
     return {
         "learned": list(stage.learned),
         "started_from": f"{' and '.join(stage.frozen)}, frozen" if stage.frozen else begun,

@@ -18,6 +18,7 @@ from torch.nn import functional
 from sunset.classes import IGNORED
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.metrics import count_classes, image_iou
+from sunset.perception import Model
 from sunset_lab.architecture import HEIGHT, WIDTH
 from sunset_lab.augment import Batch, DeviceFrames, cells_of, class_weights, draw, movement
 from sunset_lab.config import Stage, TrainingConfig
@@ -48,39 +49,64 @@ Progress = Callable[..., None]
 
 @dataclass(frozen=True, slots=True)
 class Training:
-    """The parts of a training that its stages share; frames and `device` are torch's.
+    """A training and how it is run.
+
+    Attributes:
+        work: the folder of frames, checkpoints and logs.
+        start: a model to train further; None for random weights.
+        resume: whether to continue at the last checkpoint in the work folder, which must hold none otherwise.
+        jobs: processes that render and measure.
+        device: where networks learn: "cpu", "cuda", or "auto" for "cuda" where torch offers it.
+        compiled: whether torch compiles the networks.
+        progress: called now and then; its exceptions end the training in order, so that it can be resumed.
+    """
+
+    config: TrainingConfig
+    work: Path
+    start: Model | None = None
+    resume: bool = False
+    jobs: int = 1
+    device: str = "cpu"
+    compiled: bool = False
+    progress: Progress | None = None
+
+    @property
+    def origin(self) -> str:
+        """The name and version of the model that it starts from; empty for random weights."""
+        return "" if self.start is None else f"{self.start.card.name}, version {self.start.card.version}"
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """The frames and weights that the stages of a training share, on torch's `device`.
 
     Attributes:
         digest: the checksum of the frames.
         labels: of some frames, for the weights of classes.
         validation: the frames of the log's IoU.
         begun: the weights that the training starts from; empty for random weights.
-        origin: the name and version of their model; empty for random weights.
     """
 
-    config: TrainingConfig
     frames: DeviceFrames
     digest: str
     labels: npt.NDArray[np.uint8]
     validation: DeviceFrames
     begun: Weights
-    origin: str
     device: torch.device
-    compiled: bool
 
 
 class StageRun:
     """A stage, whose progress a folder keeps; `known` are the weights of earlier stages."""
 
-    def __init__(self, training: Training, stage: Stage, folder: Path, known: Weights) -> None:
+    def __init__(self, training: Training, material: Material, stage: Stage, known: Weights) -> None:
         config = training.config
         torch.manual_seed(config.seed)
-        self._training, self._config, self._stage, self._folder = training, config, stage, folder
-        self._device = training.device
+        self._training, self._config, self._material, self._stage = training, config, material, stage
+        self._folder, self._device = training.work / stage.name, material.device
         self._modules = build(config.plan(stage.learned))
         own = self._modules.state_dict()
-        if training.begun:
-            self._modules.load_state_dict({name: training.begun[name] for name in own})
+        if material.begun:
+            self._modules.load_state_dict({name: material.begun[name] for name in own})
         elif stage.begun_with is not None:
             names = zip(own, build(config.plan((stage.begun_with,))).state_dict(), strict=True)
             self._modules.load_state_dict({name: known[other] for name, other in names})
@@ -93,22 +119,22 @@ class StageRun:
             _parameters(self._modules, stage.schedule.weight_decay), fused=True
         )
         self._learned_forward = torch.compile(forward) if training.compiled else forward
-        weights = class_weights(training.labels, stage.schedule.class_weight_range)
+        weights = class_weights(material.labels, stage.schedule.class_weight_range)
         self._weights = torch.from_numpy(weights).to(self._device)
         misaligned = "fusion" in stage.learned and stage.schedule.misaligned_weight > 0
         self._names = (*stage.learned, "misaligned") if misaligned else stage.learned  # of the losses
-        self._identity = _identity(training, stage, known)
+        self._identity = _identity(training, material, stage, known)
         self._step, self._seconds, self._since = 0, 0.0, 0.0
         self._losses: list[Tensor] = []  # of each step since the last line of the log
         self._kept: dict[int, dict[str, Tensor]] = {}
 
-    def fit(self, *, resume: bool, progress: Progress | None) -> Weights:
+    def fit(self) -> Weights:
         """Take all remaining steps, and return the weights; write checkpoints regularly, and on an interruption."""
         self._folder.mkdir(parents=True, exist_ok=True)
-        if resume and (self._folder / CHECKPOINT).exists():
+        if self._training.resume and (self._folder / CHECKPOINT).exists():
             self._load()
         _truncate(self._folder / LOG, self._step)
-        schedule, note = self._stage.schedule, ""
+        schedule, progress, note = self._stage.schedule, self._training.progress, ""
         self._since = saved = time.perf_counter()
         with held_signals("Ending after this step.") as raise_signal:
             while self._step < schedule.steps:
@@ -135,7 +161,7 @@ class StageRun:
 
     def _learn(self) -> None:
         """Take one step, without waiting for the device."""
-        schedule, frames = self._stage.schedule, self._training.frames
+        schedule, frames = self._stage.schedule, self._material.frames
         phase = schedule.phase(self._step)
         batch = frames.batch(draw(len(frames), phase.batch, self._config.seed, self._number()))
         self._modules.train()
@@ -226,7 +252,7 @@ class StageRun:
     def _iou(self) -> dict[str, float]:
         """Return each network's mean IoU on the held-out frames, at the stride of the phase."""
         self._modules.eval()
-        frames = self._training.validation
+        frames = self._material.validation
         stride = self._stage.schedule.phase(self._step - 1).output_stride
         ious: dict[str, list[float]] = {name: [] for name in self._stage.learned}
         for indices in np.array_split(np.arange(len(frames)), math.ceil(len(frames) / 8)):
@@ -319,7 +345,7 @@ class StageRun:
         torch.set_rng_state(state["random"].cpu())
 
 
-def _identity(training: Training, stage: Stage, known: Weights) -> dict[str, str]:
+def _identity(training: Training, material: Material, stage: Stage, known: Weights) -> dict[str, str]:
     """Return everything that a stage's weights depend on, by the options of `sunset train`."""
     config = training.config
     others = repr((stage, config.shape, digest_of_weights(known)))
@@ -329,7 +355,7 @@ def _identity(training: Training, stage: Stage, known: Weights) -> dict[str, str
         "--steps": str(stage.schedule.steps),
         "--batch": ", ".join(dict.fromkeys(str(phase.batch) for phase in stage.schedule.phases)),
         "--seed": str(config.seed),
-        "--frames": f"checksum {training.digest[:8]}",
+        "--frames": f"checksum {material.digest[:8]}",
         "--start-from": training.origin or "random weights",
         "the version of SUNSET": f"checksum {hashlib.sha256(others.encode()).hexdigest()[:8]}",
     }

@@ -59,9 +59,7 @@ NARROW = TrainingConfig(
 )
 
 
-def learn(
-    config: TrainingConfig, frames: FrameSet, validation: FrameSet, work: Path, **options: Any
-) -> torch.nn.Module:
+def learn(config: TrainingConfig, frames: FrameSet, validation: FrameSet, work: Path, **options: Any) -> Any:
     return run.learn(Training(config, work, **options), frames, validation)
 
 

@@ -143,4 +143,4 @@ def class_weights(labels: npt.NDArray[np.uint8], limits: tuple[float, float]) ->
     counts = np.bincount(labels.ravel(), minlength=IGNORED + 1)[: len(CLASSES)].astype(float)
     share = counts / max(counts.sum(), 1)
     weights = 1 / np.sqrt(np.where(share > 0, share, np.inf))
-    return np.clip(weights / (weights * share).sum(), *limits).astype(np.float32)
+    return np.asarray(np.clip(weights / (weights * share).sum(), *limits), np.float32)

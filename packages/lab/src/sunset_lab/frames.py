@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Final, NamedTuple, Self, TypeAlias
+from typing import Final, Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -196,15 +196,6 @@ def render_sets(
     return FrameSets(**views, validation_flight=flight)
 
 
-class _Chunk(NamedTuple):
-    """Frames that are rendered together: their first place in the set, and in their views."""
-
-    place: int
-    views: Views
-    start: int
-    size: int
-
-
 def render_set(plan: FramePlan, folder: Path, *, jobs: int = 2, progress: Progress | None = None) -> FrameSet:
     """Render a set into a folder, as far as chunks of 50 frames are missing, and map it.
 
@@ -212,11 +203,11 @@ def render_set(plan: FramePlan, folder: Path, *, jobs: int = 2, progress: Progre
     """
     try:
         finished = _finished_frames(plan, folder)
-        missing = [chunk for chunk in _chunks(plan) if not finished[chunk.place]]
+        missing = [chunk for chunk in _chunks(plan) if not finished[chunk[0]]]
 
         def note(done: int, _: int) -> None:
             if progress is not None:
-                left = sum(chunk.size for chunk in missing[done:])
+                left = sum(count for *_, count in missing[done:])
                 progress(len(finished) - left, len(finished))
 
         deque(spread(partial(_render, folder), missing, jobs=jobs, progress=note), maxlen=0)
@@ -251,21 +242,23 @@ def _finished_frames(plan: FramePlan, folder: Path) -> npt.NDArray[np.bool_]:
     return finished
 
 
-def _chunks(plan: FramePlan) -> Iterator[_Chunk]:
+def _chunks(plan: FramePlan) -> Iterator[tuple[int, Views, int, int]]:
+    """Yield chunks: the place in the set, the views, the first of them, and their number."""
     place = 0
     for views in plan:
         for start in range(0, views.count, _CHUNK):
             count = min(_CHUNK, views.count - start)
-            yield _Chunk(place, views, start, count)
+            yield place, views, start, count
             place += count
 
 
-def _render(folder: Path, chunk: _Chunk) -> None:
+def _render(folder: Path, chunk: tuple[int, Views, int, int]) -> None:
     """Render a chunk into its place in the arrays of a folder."""
-    frames = _stacked(list(chunk.views.render(chunk.start, chunk.size)))
+    place, views, start, count = chunk
+    frames = _stacked(list(views.render(start, count)))
     for name, array in (*vars(frames).items(), (_FINISHED, np.True_)):
         stored = np.load(folder / f"{name}.npy", mmap_mode="r+")
-        stored[chunk.place : chunk.place + chunk.size] = array
+        stored[place : place + count] = array
         stored.flush()
 
 

@@ -351,7 +351,7 @@ def _identity(training: Training, material: Material, stage: Stage, known: Weigh
     others = repr((stage, config.shape, digest_of_weights(known)))
     return {
         "--model": type(config.shape).__name__,
-        "--modality": ", ".join(config.modalities),
+        "--modality": ", ".join(stage.learned),
         "--steps": str(stage.schedule.steps),
         "--batch": ", ".join(dict.fromkeys(str(phase.batch) for phase in stage.schedule.phases)),
         "--seed": str(config.seed),

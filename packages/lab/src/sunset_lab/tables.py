@@ -44,6 +44,7 @@ AXES: Final[Mapping[str, Sequence[float | str]]] = {
 _SEED: Final = 7
 _COMMON: Final = 0.005
 _LEARNED: Final = 0.3
+"""A class with this share of the pixels should have this IoU."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,51 +259,44 @@ def _cell(value: float) -> str:
 
 def claims(tables: IouTables) -> Iterator[str]:
     """Yield a sentence for each claim about the models, with its verdict."""
-    for name, measured in tables.places().items():
-        means = dict(zip(tables.networks, measured.per_image(), strict=True))
-        for entry, value in means.items():
-            if entry.modality is Modality.FUSION:
-                for modality, least in ((Modality.RGB, 0.01), (Modality.DEPTH, 0.05)):
-                    other = means.get(Entry(entry.model, modality))
-                    if other is not None:
-                        yield (
-                            f"{_verdict(value >= other + least)}: {name}, {entry.model}: fusion {value:.3f} ≥ "
-                            f"{modality.key} {other:.3f} + {least}"
-                        )
-        yield from _weak_classes(tables, name, measured)
-        yield from _order(tables, name, means)
+    flying: dict[str, Entry] = {}  # each model's first network, which runs use: the fusion, if there is one
+    for entry in tables.networks:
+        flying.setdefault(entry.model, entry)
+    for place, measured in tables.places().items():
+        means = {entry: mean for entry, mean, _, _ in _figures(tables, measured)}
+        for entry in tables.networks:
+            for modality, least in ((Modality.RGB, 0.01), (Modality.DEPTH, 0.05)):
+                other = means.get(Entry(entry.model, modality))
+                if entry.modality is Modality.FUSION and other is not None:
+                    yield (
+                        f"{_verdict(means[entry] >= other + least)}: {place}, {entry.model}: fusion "
+                        f"{means[entry]:.3f} ≥ {modality.key} {other:.3f} + {least}"
+                    )
+        yield from _weak_classes(tables, place, measured, [*flying.values()])
+        if len(flying) > 1:
+            order = sorted(flying.values(), key=lambda entry: -means[entry])
+            yield f"best on {place}: " + ", then ".join(f"{entry} {means[entry]:.3f}" for entry in order)
 
 
 def _verdict(holds: bool) -> str:
     return "holds" if holds else "does not hold"
 
 
-def _flying(tables: IouTables) -> dict[str, Entry]:
-    """Return the first network of each model, which runs use: the fusion, if there is one."""
-    flying: dict[str, Entry] = {}
-    for entry in tables.networks:
-        flying.setdefault(entry.model, entry)
-    return flying
-
-
-def _weak_classes(tables: IouTables, name: str, measured: Measured) -> Iterator[str]:
-    shares, iou = measured.shares(), measured.by_class()
-    for entry in _flying(tables).values():
-        row = iou[tables.networks.index(entry)]
-        weak = [
-            f"{CLASSES[index]} {row[index]:.3f}"
-            for index in np.flatnonzero((shares >= _COMMON) & (np.nan_to_num(row) < _LEARNED))
-        ]
-        yield (
-            f"{_verdict(not weak)}: {name}, {entry}: every class with {_COMMON:.1%} of the pixels or more has an IoU "
-            f"of {_LEARNED} or more{': not ' + ', '.join(weak) if weak else ''}"
-        )
-
-
-def _order(tables: IouTables, name: str, means: dict[Entry, float]) -> Iterator[str]:
-    flying = sorted(_flying(tables).values(), key=lambda entry: -means[entry])
-    if len(flying) > 1:
-        yield f"best on {name}: " + ", then ".join(f"{entry} {means[entry]:.3f}" for entry in flying)
+def _weak_classes(
+    tables: IouTables, place: str, measured: Measured, networks: Sequence[Entry]
+) -> Iterator[str]:
+    shares = dict(zip(CLASSES, measured.shares(), strict=True))
+    for entry, _, _, ious in _figures(tables, measured):
+        if entry in networks:
+            weak = [
+                f"{name} {iou:.3f}"
+                for name, iou in ious.items()
+                if shares[name] >= _COMMON and iou < _LEARNED
+            ]
+            yield (
+                f"{_verdict(not weak)}: {place}, {entry}: every class with {_COMMON:.1%} of the pixels or more has an "
+                f"IoU of {_LEARNED} or more{': not ' + ', '.join(weak) if weak else ''}"
+            )
 
 
 def iou_csv(tables: IouTables) -> str:
@@ -311,23 +305,22 @@ def iou_csv(tables: IouTables) -> str:
         ["frames", "count", "measure", "class", "share_of_pixels", "model", "modality", "iou"]
     ]
     for name, measured in _groups(tables).items():
-        shares = measured.shares()
-        for place, entry in enumerate(tables.networks):
-            network = [entry.model, entry.modality.key]
-            for name_of_mean, values in (
-                ("mean over frames", measured.per_image()),
-                ("mIoU", measured.dataset()),
-            ):
-                rows.append([name, len(measured), name_of_mean, "", "", *network, f"{values[place]:.6g}"])
-            for index, iou in _present(measured, place):
-                share = f"{shares[index]:.6g}"
-                rows.append([name, len(measured), "class IoU", CLASSES[index], share, *network, f"{iou:.6g}"])
+        shares = dict(zip(CLASSES, measured.shares(), strict=True))
+        for entry, mean, miou, ious in _figures(tables, measured):
+            figures = [("mean over frames", "", "", mean), ("mIoU", "", "", miou)]
+            figures += [("class IoU", key, f"{shares[key]:.6g}", iou) for key, iou in ious.items()]
+            for *labels, iou in figures:
+                network = (entry.model, entry.modality.key)
+                rows.append([name, len(measured), *labels, *network, f"{iou:.6g}"])
     return csv_text(rows)
 
 
-def _present(measured: Measured, place: int) -> list[tuple[int, float]]:
-    """Return the classes present with a network, by index, and their IoU."""
-    return [(index, float(iou)) for index, iou in enumerate(measured.by_class()[place]) if not np.isnan(iou)]
+def _figures(tables: IouTables, measured: Measured) -> Iterator[tuple[Entry, float, float, dict[str, float]]]:
+    """Yield each network with its mean IoU over frames, its mIoU, and the IoU of the classes that are there."""
+    columns = (measured.per_image(), measured.dataset(), measured.by_class())
+    for entry, mean, miou, row in zip(tables.networks, *columns, strict=True):
+        ious = {name: float(iou) for name, iou in zip(CLASSES, row, strict=True) if not np.isnan(iou)}
+        yield entry, float(mean), float(miou), ious
 
 
 def _groups(tables: IouTables) -> dict[str, Measured]:
@@ -338,22 +331,15 @@ def _groups(tables: IouTables) -> dict[str, Measured]:
 
 def iou_json(tables: IouTables) -> dict[str, object]:
     """Return all figures and claims as a JSON object."""
-    return {
-        "frames": {name: _object(tables, measured) for name, measured in _groups(tables).items()},
-        "claims": list(claims(tables)),
+    frames = {
+        name: {
+            "count": len(measured),
+            "share_of_pixels": dict(zip(CLASSES, measured.shares().tolist(), strict=True)),
+            "networks": {
+                str(entry): {"mean_over_frames": mean, "miou": miou, "classes": ious}
+                for entry, mean, miou, ious in _figures(tables, measured)
+            },
+        }
+        for name, measured in _groups(tables).items()
     }
-
-
-def _object(tables: IouTables, measured: Measured) -> dict[str, object]:
-    return {
-        "count": len(measured),
-        "share_of_pixels": dict(zip(CLASSES, measured.shares().tolist(), strict=True)),
-        "networks": {
-            str(entry): {
-                "mean_over_frames": float(measured.per_image()[place]),
-                "miou": float(measured.dataset()[place]),
-                "classes": {CLASSES[index]: iou for index, iou in _present(measured, place)},
-            }
-            for place, entry in enumerate(tables.networks)
-        },
-    }
+    return {"frames": frames, "claims": list(claims(tables))}

@@ -2,12 +2,11 @@
 
 import hashlib
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias, TypedDict, Unpack
 
 import numpy as np
@@ -15,7 +14,7 @@ import numpy.typing as npt
 
 from sunset import __version__
 from sunset.classes import CLASS_OF_CARLA_ID
-from sunset.data import read_bag
+from sunset.data import BagReader, read_bag
 from sunset.files.outputs import draft_of
 from sunset.metrics import ClassCounts, class_iou, count_classes
 from sunset.metrics.timeline import Counts
@@ -24,6 +23,8 @@ from sunset.processes.workers import Progress, spread
 from sunset_lab.frames import FrameSet, Images
 
 Arrays: TypeAlias = tuple[npt.NDArray[Any], ...]
+_Item: TypeAlias = tuple[int, Images | None]
+"""A frame's number, and its images unless they are in a bag."""
 _Floats: TypeAlias = npt.NDArray[np.float64]
 
 
@@ -59,58 +60,48 @@ def over_frames(
         **options: see `LookOptions`.
     """
     device, kept = options.get("device", "cpu"), options.get("kept")
-    with _on_disk(frames) as place:
-        work: Callable[[int], Arrays] = partial(_look_at, look, arguments, (model.folder, device, place))
-        if isinstance(frames, FrameSet):
-            chosen = range(len(frames)) if chosen is None else chosen
-            if kept is not None:
-                digests = [network.digest for _, network in sorted(model.card.networks.items())]
-                origin = (__version__, look.__qualname__, arguments, digests, device, frames.digest())
-                work = partial(_kept, work, kept / hashlib.sha256(repr(origin).encode()).hexdigest()[:16])
-        _opened.cache_clear()  # the files may have changed since this process opened them
-        rows = list(spread(work, chosen or (), jobs=options.get("jobs"), progress=options.get("progress")))
+    bag = frames if isinstance(frames, Path) else None
+    work: Callable[[_Item], Arrays] = partial(_look_at, look, arguments, (model.folder, device, bag))
+    items: list[_Item] = [(index, None) for index in chosen or ()]
+    if isinstance(frames, FrameSet):
+        numbers = range(len(frames)) if chosen is None else chosen
+        items = [(index, frames.images(index)) for index in numbers]
+        if kept is not None:
+            digests = [network.digest for _, network in sorted(model.card.networks.items())]
+            origin = (__version__, look.__qualname__, arguments, digests, device, frames.digest())
+            work = partial(_kept, work, kept / hashlib.sha256(repr(origin).encode()).hexdigest()[:16])
+    _opened.cache_clear()  # the files may have changed since this process opened them
+    rows = spread(work, items, jobs=options.get("jobs"), progress=options.get("progress"))
     return tuple(np.stack(arrays) for arrays in zip(*rows, strict=True))
 
 
-@contextmanager
-def _on_disk(frames: FrameSet | Path) -> Iterator[Path]:
-    """Give the place where other processes read the frames."""
-    if isinstance(frames, Path):
-        yield frames
-        return
-    with TemporaryDirectory(prefix="sunset-") as name:
-        frames.save(Path(name))
-        yield Path(name)
-
-
 def _look_at(
-    look: Callable[..., Arrays], arguments: tuple[object, ...], opening: tuple[Path, str, Path], index: int
+    look: Callable[..., Arrays],
+    arguments: tuple[object, ...],
+    opening: tuple[Path, str, Path | None],
+    item: _Item,
 ) -> Arrays:
-    segmenter, images = _opened(*opening)
-    return look(segmenter, index, images(index), *arguments)
+    (index, images), (segmenter, bag) = item, _opened(*opening)
+    if bag is not None:
+        frame = bag.frame(index)
+        images = frame.rgb, frame.depth, CLASS_OF_CARLA_ID[frame.labels]
+    return look(segmenter, index, images, *arguments)
 
 
 @lru_cache(maxsize=1)
-def _opened(folder: Path, device: str, place: Path) -> tuple[Segmenter, Callable[[int], Images]]:
-    """Return a model's segmenter, and a function that reads frames; both are opened once in each process."""
+def _opened(folder: Path, device: str, bag: Path | None) -> tuple[Segmenter, BagReader | None]:
+    """Return a model's segmenter, and a bag, if there is one; both are opened once in each process."""
     model = load_model(folder)
-    if (place / "labels.npy").exists():
-        return Segmenter(model, device=device), FrameSet.load(place).images
-    bag = read_bag(place, size=(model.card.height, model.card.width))
-
-    def images(index: int) -> Images:
-        frame = bag.frame(index)
-        return frame.rgb, frame.depth, CLASS_OF_CARLA_ID[frame.labels]
-
-    return Segmenter(model, device=device), images
+    size = (model.card.height, model.card.width)
+    return Segmenter(model, device=device), None if bag is None else read_bag(bag, size=size)
 
 
-def _kept(work: Callable[[int], Arrays], folder: Path, index: int) -> Arrays:
+def _kept(work: Callable[[_Item], Arrays], folder: Path, item: _Item) -> Arrays:
     """Return the result of `work` for a frame from a file, which keeps it from the first call on."""
-    path = folder / f"{index}.npz"
+    path = folder / f"{item[0]}.npz"
     with suppress(EOFError, OSError, ValueError, zipfile.BadZipFile), np.load(path) as arrays:
         return tuple(arrays.values())
-    result = work(index)
+    result = work(item)
     folder.mkdir(parents=True, exist_ok=True)
     with draft_of(path) as draft, draft.open("wb") as file:
         np.savez(file, *result)

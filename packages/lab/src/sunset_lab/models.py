@@ -167,18 +167,19 @@ def import_model(
         raise OutputError(
             f"The folder {folder} exists: name a new one for the model with --out, in Python with out."
         )
-    match size:
-        case int(width), int(height):
-            pass
-        case _:
-            raise InvalidInputError(
-                f"The size must be width and height in pixels, such as (256, 144), got {size!r}."
-            )
+    width, height = _sides(size)
     source, name = as_path(checkpoints, "folder of the checkpoints"), name or folder.resolve().name
     _check_extra("Importing checkpoints", "torch", "onnx")
     from sunset_lab.importing import import_checkpoints
 
     return import_checkpoints(source, folder, name=name, height=height, width=width, progress=progress)
+
+
+def _sides(size: tuple[int, int]) -> tuple[int, int]:
+    match size:
+        case int(width), int(height):
+            return width, height
+    raise InvalidInputError(f"The size must be width and height in pixels, such as (256, 144), got {size!r}.")
 
 
 def calibrate_model(

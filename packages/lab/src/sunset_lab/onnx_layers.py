@@ -1,6 +1,5 @@
 """Layers of a plan in ONNX graphs, whose large weights are in shared files; and the weights of graphs."""
 
-import hashlib
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -59,13 +58,12 @@ class Store:
 
     def place(self, data: bytes, file: str) -> tuple[str, int]:
         """Return the file and the offset of bytes; new bytes are appended to `file`."""
-        digest = hashlib.sha256(data).digest()
-        if digest not in self._known:
+        if data not in self._known:
             content = self._files.setdefault(file, bytearray())
             content.extend(bytes(-len(content) % 64))
-            self._known[digest] = (file, len(content))
+            self._known[data] = (file, len(content))
             content.extend(data)
-        return self._known[digest]
+        return self._known[data]
 
     def write(self) -> None:
         """Write the files."""

@@ -1,6 +1,5 @@
 """A stage of a training: networks that are learned together, with checkpoints and a log."""
 
-import hashlib
 import json
 import math
 import time
@@ -124,7 +123,7 @@ class StageRun:
         misaligned = "fusion" in stage.learned and stage.schedule.misaligned_weight > 0
         self._names = (*stage.learned, "misaligned") if misaligned else stage.learned  # of the losses
         self._identity = _identity(training, material, stage, known)
-        self._step, self._seconds, self._since = 0, 0.0, 0.0
+        self._step, self._since = 0, time.perf_counter()  # when it would have begun without an interruption
         self._losses: list[Tensor] = []  # of each step since the last line of the log
         self._kept: dict[int, dict[str, Tensor]] = {}
 
@@ -135,7 +134,7 @@ class StageRun:
             self._load()
         _truncate(self._folder / LOG, self._step)
         schedule, progress, note = self._stage.schedule, self._training.progress, ""
-        self._since = saved = time.perf_counter()
+        saved = time.perf_counter()
         with held_signals("Ending after this step.") as raise_signal:
             while self._step < schedule.steps:
                 self._learn()
@@ -266,11 +265,6 @@ class StageRun:
                 values.extend(image_iou(count_classes(*pair)) for pair in zip(labels, truth, strict=True))
         return {name: round(float(np.mean(values)), 4) for name, values in ious.items()}
 
-    def _spend(self) -> None:
-        """Count the seconds until now."""
-        now = time.perf_counter()
-        self._seconds, self._since = self._seconds + now - self._since, now
-
     def _recent_losses(self) -> Tensor:
         """Return the losses (steps, losses) since the last line of the log, which must be finite."""
         losses = torch.stack(self._losses).cpu() if self._losses else torch.empty(0, len(self._names))
@@ -285,14 +279,13 @@ class StageRun:
 
     def _log(self) -> str:
         """Add a line to the log with the mean losses since the line before, and return it in words."""
-        self._spend()
         schedule = self._stage.schedule
         rate = schedule.learning_rate_at(self._step - 1)
         means = self._recent_losses().double().mean(0).tolist()
         losses = {name: round(mean, 5) for name, mean in zip(self._names, means, strict=True)}
         self._losses = []
         line: dict[str, object] = {"step": self._step, "learning_rate": round(rate, 8), **losses}
-        line["seconds"] = round(self._seconds, 1)
+        line["seconds"] = round(time.perf_counter() - self._since, 1)
         if self._step % schedule.validate_every < schedule.log_every or self._step == schedule.steps:
             line["iou"] = self._iou()
         with (self._folder / LOG).open("a", encoding="utf-8") as file:
@@ -301,13 +294,12 @@ class StageRun:
 
     def _save(self) -> None:
         """Write a checkpoint; without the optimiser, two thirds of it, when the stage is finished."""
-        self._spend()
         path = self._folder / CHECKPOINT
         temporary = path.with_suffix(".tmp")
         state = {
             "modules": self._modules.state_dict(),
             "step": self._step,
-            "seconds": self._seconds,
+            "seconds": time.perf_counter() - self._since,
             "identity": self._identity,
             "losses": self._recent_losses(),
             "random": torch.get_rng_state(),
@@ -327,18 +319,18 @@ class StageRun:
         path = self._folder / CHECKPOINT
         check_archive(path, DataError(f"The checkpoint {path} is damaged: delete it, and train again."))
         state = torch.load(path, weights_only=True, map_location=self._device)
-        differing = [
-            f"{option} (begun with {state['identity'][option]}, asked for {value})"
-            for option, value in self._identity.items()
-            if state["identity"][option] != value
-        ]
-        if differing:
+        if (begun := state["identity"]) != self._identity:
+            differing = [
+                f"{option} (begun with {begun[option]}, asked for {value})"
+                for option, value in self._identity.items()
+                if option.startswith("--") and begun[option] != value
+            ]
             raise InvalidInputError(
-                f"The checkpoint {path} is of another training: they differ in {' and '.join(differing)}; choose "
-                "another folder."
+                f"The checkpoint {path} is of another training: they differ in "
+                f"{' and '.join(differing) or 'the version of SUNSET'}; choose another folder."
             )
         self._modules.load_state_dict(state["modules"])
-        self._step, self._seconds = state["step"], state["seconds"]
+        self._step, self._since = state["step"], time.perf_counter() - state["seconds"]
         if self._step < self._stage.schedule.steps:
             self._optimiser.load_state_dict(state["optimiser"])
         self._losses = list(state["losses"])
@@ -346,9 +338,8 @@ class StageRun:
 
 
 def _identity(training: Training, material: Material, stage: Stage, known: Weights) -> dict[str, str]:
-    """Return everything that a stage's weights depend on, by the options of `sunset train`."""
+    """Return everything that a stage's weights depend on, as far as possible by the options of `sunset train`."""
     config = training.config
-    others = repr((stage, config.shape, digest_of_weights(known)))
     return {
         "--model": type(config.shape).__name__,
         "--modality": ", ".join(stage.learned),
@@ -357,7 +348,7 @@ def _identity(training: Training, material: Material, stage: Stage, known: Weigh
         "--seed": str(config.seed),
         "--frames": f"checksum {material.digest[:8]}",
         "--start-from": training.origin or "random weights",
-        "the version of SUNSET": f"checksum {hashlib.sha256(others.encode()).hexdigest()[:8]}",
+        "others": repr((stage, config.shape, digest_of_weights(known))),
     }
 
 

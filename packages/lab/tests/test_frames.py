@@ -7,13 +7,13 @@ import pytest
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import render_views
 from sunset.errors import OutputError
-from sunset_lab.frames import FrameCounts, Views, render_set
+from sunset_lab.frames import Views, frame_plans, render_set
 
 pytestmark = pytest.mark.thorough
 
 
 def test_no_set_sees_the_default_flights_town_and_held_out_towns_are_held_out() -> None:
-    towns = {name: {views.town for views in plan} for name, plan in FrameCounts().plans().items()}
+    towns = {name: {views.town for views in plan} for name, plan in frame_plans(5500, further=False).items()}
     assert towns["train"] == {2, 3, 4, 5, 6}
     assert towns["validation"] == {7}
     assert towns["test"] == {8}
@@ -76,14 +76,19 @@ def test_rendering_that_was_interrupted_goes_on_with_what_is_missing(tmp_path: P
     }
 
 
+def counts(frames: int, *, further: bool = False) -> dict[str, list[int]]:
+    return {
+        name: [views.count for views in plan] for name, plan in frame_plans(frames, further=further).items()
+    }
+
+
 def test_fewer_frames_are_asked_for_by_one_number() -> None:
-    plans = FrameCounts.of(100).plans()
-    assert {views.town for views in plans["train"]} == {2, 3, 4, 5, 6}
-    assert 100 <= sum(views.count for views in plans["train"]) <= 110
-    assert FrameCounts.of(5500) == FrameCounts()
-    assert FrameCounts.of(11000).held_out == FrameCounts().held_out
-    further = FrameCounts.of(20_000, flight=2, other=3)
-    assert (further.flight, further.other) == (1600, 2400)
+    assert {views.town for views in frame_plans(100, further=False)["train"]} == {2, 3, 4, 5, 6}
+    assert 100 <= sum(counts(100)["train"]) <= 110
+    assert counts(5500) == {"train": [800, 300] * 5, "validation": [150], "test": [150]}
+    assert counts(11000)["test"] == [150]
+    assert counts(550) == {"train": [80, 30] * 5, "validation": [15], "test": [15]}
+    assert counts(20_000, further=True)["train"] == [1600, 2400] * 5
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:

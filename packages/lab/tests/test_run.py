@@ -11,7 +11,6 @@ import pytest
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.perception import Modality, Model, Segmenter
 from sunset_lab import (
-    FrameCounts,
     FrameSet,
     FrameSets,
     LiteShape,
@@ -68,7 +67,7 @@ def train_on(config: TrainingConfig, sets: FrameSets, out: Path, *, work: Path, 
 
 
 def train(config: TrainingConfig, out: Path, *, work: Path, **options: Any) -> Model:
-    return run.train(Training(config, work, **options), out, FrameCounts())
+    return run.train(Training(config, work, **options), out)
 
 
 def log_of(folder: Path) -> list[dict[str, Any]]:

@@ -4,13 +4,12 @@ Trainings and imports need torch and onnx, and a calibration needs onnx (the ext
 """
 
 from sunset_lab.config import CONFIGS, MODALITIES, Phase, Schedule, TrainingConfig
-from sunset_lab.frames import FrameCounts, FrameSet, FrameSets, frames_of_bag, validation_flight
+from sunset_lab.frames import FrameSet, FrameSets, frames_of_bag, validation_flight
 from sunset_lab.shapes import LiteShape, ReferenceShape
 
 __all__ = [
     "CONFIGS",
     "MODALITIES",
-    "FrameCounts",
     "FrameSet",
     "FrameSets",
     "LiteShape",

@@ -174,15 +174,9 @@ def measure_curves(
     grid: Mapping[str, Sequence[float]] | None = None,
     **options: Unpack[LookOptions],
 ) -> Curves:
-    """Measure a model on the frames of a bag, in every condition.
+    """Measure a model on the frames of a bag, at least five and all with labels, in every condition.
 
-    Args:
-        model: the model.
-        bag: of at least five frames, all with labels.
-        every: look at the first five of every 5 · `every` frames only.
-        strengths: in place of the suites', by fault.
-        grid: further strengths, by fault; None for the catalogue's.
-        **options: see `LookOptions`.
+    The arguments are as in `sunset.measure_curves`; `grid` has further strengths by fault, or None for the catalogue's.
     """
     plan = plan_curves(model.card, strengths, grid)
     chosen = chosen_frames(_count(bag, model.card), every)

@@ -37,7 +37,13 @@ TEST_TOWN: Final = 8
 COURSES_DEG: Final = (50.0, 140.0)
 """Directions of the two flights over the validation town; the first is the default flight's."""
 
+DEFAULT_FRAMES: Final = 5500
+FURTHER_FRAMES: Final = 20_000
+"""About how many frames a model is trained on, and trained further."""
+
 _CHUNK: Final = 50
+_PASSAGE: Final = 200
+"""The number of frames of each flight over the validation town."""
 _LEAST_PASSAGE: Final = 10
 """The least number of consecutive frames that thresholds can be chosen on."""
 _PLAN: Final = "plan.json"
@@ -121,49 +127,28 @@ FramePlan: TypeAlias = tuple[Views, ...]
 """The frames of a set, never of town 1, the default flight's."""
 
 
-@dataclass(frozen=True, slots=True)
-class FrameCounts:
-    """The numbers of frames to render.
+def frame_plans(frames: int, *, further: bool) -> dict[str, FramePlan]:
+    """Return the plans of the sets of views for a training with about so many frames.
 
-    Attributes:
-        flight: training frames of each town in the default flight's setting.
-        other: training frames of each town in all settings.
-        held_out: random views of the validation town, and of the test town.
-        passage: consecutive frames of each of two flights over the validation town.
+    Of the training frames, 8 in 11 are in the default flight's setting; 2 in 5 where a model is trained further, whose
+    weights know this setting best.
     """
+    flight, other = (2, 3) if further else (8, 3)
+    towns, held_out = len(TRAINING_TOWNS), math.ceil(150 * _held_out(frames))
+    kinds = (
+        (math.ceil(frames * flight / (towns * (flight + other))), 1, True),
+        (math.ceil(frames * other / (towns * (flight + other))), 2, False),
+    )
+    return {
+        "train": tuple(Views(town, *kind) for town in TRAINING_TOWNS for kind in kinds),
+        "validation": (Views(VALIDATION_TOWN, held_out, 3, flight=True),),
+        "test": (Views(TEST_TOWN, held_out, 3, flight=True),),
+    }
 
-    flight: int = 800
-    other: int = 300
-    held_out: int = 150
-    passage: int = 200
 
-    @classmethod
-    def of(cls, frames: int, *, flight: int = 8, other: int = 3) -> "FrameCounts":
-        """Return counts for about `frames` training frames, and proportionally fewer held-out frames.
-
-        `flight` and `other` are the proportions of training frames in the default flight's setting and in all settings.
-
-        >>> FrameCounts.of(550)
-        FrameCounts(flight=80, other=30, held_out=15, passage=20)
-        """
-        most = cls()
-        of_town = len(TRAINING_TOWNS) * (flight + other)
-        held_out = min(frames / (len(TRAINING_TOWNS) * (most.flight + most.other)), 1.0)
-        return cls(
-            flight=math.ceil(frames * flight / of_town),
-            other=math.ceil(frames * other / of_town),
-            held_out=math.ceil(most.held_out * held_out),
-            passage=max(math.ceil(most.passage * held_out), _LEAST_PASSAGE),
-        )
-
-    def plans(self) -> dict[str, FramePlan]:
-        """Return the plan of each set of views."""
-        kinds = ((self.flight, 1, True), (self.other, 2, False))
-        return {
-            "train": tuple(Views(town, *kind) for town in TRAINING_TOWNS for kind in kinds),
-            "validation": (Views(VALIDATION_TOWN, self.held_out, 3, flight=True),),
-            "test": (Views(TEST_TOWN, self.held_out, 3, flight=True),),
-        }
+def _held_out(frames: int) -> float:
+    """Return the share of the held-out frames to render: fewer for a training with fewer frames than the default."""
+    return min(frames / DEFAULT_FRAMES, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,14 +170,15 @@ def titled(progress: Stages | None, title: str) -> Progress | None:
 
 
 def render_sets(
-    counts: FrameCounts, folder: Path, *, jobs: int = 2, progress: Stages | None = None
+    frames: int, folder: Path, *, further: bool = False, jobs: int = 2, progress: Stages | None = None
 ) -> FrameSets:
-    """Render all sets as far as they are missing: views into folders, flights into the cache."""
+    """Render all sets as far as they are missing: views into folders, flights into the cache; as `frame_plans`."""
     views = {
         name: render_set(plan, folder / name, jobs=jobs, progress=titled(progress, name))
-        for name, plan in counts.plans().items()
+        for name, plan in frame_plans(frames, further=further).items()
     }
-    flight = validation_flight((HEIGHT, WIDTH), count=counts.passage, jobs=jobs, progress=progress)
+    passage = max(math.ceil(_PASSAGE * _held_out(frames)), _LEAST_PASSAGE)
+    flight = validation_flight((HEIGHT, WIDTH), count=passage, jobs=jobs, progress=progress)
     return FrameSets(**views, validation_flight=flight)
 
 
@@ -279,7 +265,7 @@ def frames_of_bag(path: Path, size: tuple[int, int] | None = None) -> FrameSet:
 def validation_flight(
     size: tuple[int, int],
     *,
-    count: int = FrameCounts().passage,
+    count: int = _PASSAGE,
     jobs: int | None = None,
     progress: Stages | None = None,
 ) -> FrameSet:

@@ -28,7 +28,6 @@ from sunset.processes.workers import Progress, processors
 from sunset_lab import (
     CONFIGS,
     MODALITIES,
-    FrameCounts,
     TrainingConfig,
     curves,
     frames_of_bag,
@@ -98,6 +97,7 @@ def train_model(
     check_flags(resume=resume, compiled=compiled)
     folder, work = as_path(out, "model's folder"), as_path(options.get("work", "training"), "work folder")
     config = _training_config(model, options.get("name") or folder.resolve().name, options)
+    start = options.get("start_from")
     _check_extra("Training", "torch", "onnx")
     from sunset_lab.run import train
     from sunset_lab.stage import Training
@@ -105,21 +105,14 @@ def train_model(
     training = Training(
         config,
         work,
-        start=None if (start := options.get("start_from")) is None else load_model(start),
+        start=None if start is None else load_model(start),
         resume=resume,
         jobs=count_of(options.get("jobs"), "jobs") or processors(),
         device=options.get("device", "cpu"),
         compiled=compiled,
         progress=progress,
     )
-    return train(training, folder, _frame_counts(options))
-
-
-def _frame_counts(options: TrainingOptions) -> FrameCounts:
-    count = count_of(options.get("frames"), "frames")
-    if options.get("start_from") is not None:  # learned weights know the default flight's setting best
-        return FrameCounts.of(count or 20_000, flight=2, other=3)
-    return FrameCounts.of(count or 5500)
+    return train(training, folder, count_of(options.get("frames"), "frames"))
 
 
 def _training_config(model: str, name: str, options: TrainingOptions) -> TrainingConfig:

@@ -288,17 +288,20 @@ def stored_weights(model: Model, config: TrainingConfig) -> Weights:
     """
     weights = {}
     for name in config.modalities:
-        modality = Modality[name.upper()]
-        if modality not in model.card.networks:
-            raise _misfit_error(model, config, f"it has no network {name!r}")
-        graph = onnx.load(model.folder / model.card.networks[modality].file).graph
-        constants = {tensor.name: tensor for tensor in graph.initializer}
-        for layer in convolutions(config.plan((name,))):
-            try:
-                weights[layer.name] = _stored(layer, constants)
-            except (KeyError, ValueError) as error:
+        why = f"it has no network {name!r}"
+        try:
+            network = model.card.networks[Modality[name.upper()]]
+            graph = onnx.load(model.folder / network.file).graph
+            constants = {tensor.name: tensor for tensor in graph.initializer}
+            for layer in convolutions(config.plan((name,))):
                 why = f"its network {name!r} has no such layer {layer.name}"
-                raise _misfit_error(model, config, why) from error
+                weights[layer.name] = _stored(layer, constants)
+        except (KeyError, ValueError) as error:
+            raise InvalidInputError(
+                f"A training of {config.shape.name} ({', '.join(config.modalities)}) cannot start from the model "
+                f"{model.card.name!r}: {why}. Start from a model that 'sunset train' made with the same --model and "
+                "--modality."
+            ) from error
     return weights
 
 
@@ -318,10 +321,3 @@ def _stored(layer: Conv, constants: Mapping[str, onnx.TensorProto]) -> tuple[_Ar
     unstored = [(layer.kernel - taps) // 2 for taps in kernel.shape[2:]]
     kernel = np.pad(kernel, [(0, 0), (0, 0), *((each, each) for each in unstored)])
     return kernel.astype(np.float32), bias.astype(np.float32).reshape(layer.channels[1])
-
-
-def _misfit_error(model: Model, config: TrainingConfig, why: str) -> InvalidInputError:
-    return InvalidInputError(
-        f"A training of {config.shape.name} ({', '.join(config.modalities)}) cannot start from the model "
-        f"{model.card.name!r}: {why}. Start from a model that 'sunset train' made with the same --model and --modality."
-    )

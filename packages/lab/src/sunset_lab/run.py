@@ -20,7 +20,15 @@ from sunset_lab.architecture import Layer
 from sunset_lab.augment import DeviceFrames, class_weights
 from sunset_lab.calibrate import calibrate, publish
 from sunset_lab.config import Stage, TrainingConfig
-from sunset_lab.frames import VALIDATION_TOWN, FrameCounts, FrameSet, FrameSets, render_sets, titled
+from sunset_lab.frames import (
+    DEFAULT_FRAMES,
+    FURTHER_FRAMES,
+    VALIDATION_TOWN,
+    FrameSet,
+    FrameSets,
+    render_sets,
+    titled,
+)
 from sunset_lab.measuring import LookOptions, Measured, measure
 from sunset_lab.network import build, folded_weights, frame_inputs, ranges, shift_logits, unfold
 from sunset_lab.onnx_graph import Format, Network, export
@@ -33,8 +41,8 @@ _FINISH: Final = "finish"
 _Measure = Callable[[str, Model, FrameSet], Measured]
 
 
-def train(training: Training, out: Path, counts: FrameCounts) -> Model:
-    """Render frames, learn weights, calibrate, measure, and write a model.
+def train(training: Training, out: Path, frames: int | None = None) -> Model:
+    """Render about so many training frames, learn weights, calibrate, measure, and write a model.
 
     Frames, checkpoints and logs are used again. `out` receives the networks, `card.json` and `card.md`.
     """
@@ -48,7 +56,9 @@ def train(training: Training, out: Path, counts: FrameCounts) -> Model:
         except OSError as error:
             raise OutputError(f"The training cannot write to {folder}: {error.strerror}.") from error
     _check_work(training)
-    sets = render_sets(counts, training.work / "frames", jobs=training.jobs, progress=training.progress)
+    further, folder = training.start is not None, training.work / "frames"
+    count = frames or (FURTHER_FRAMES if further else DEFAULT_FRAMES)
+    sets = render_sets(count, folder, further=further, jobs=training.jobs, progress=training.progress)
     return train_on(training, sets, out)
 
 

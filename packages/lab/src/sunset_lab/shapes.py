@@ -166,13 +166,11 @@ class ReferenceShape:
     """
 
     name: ClassVar = "deeplabv3_resnet50"
-    """The architecture's name."""
     description: ClassVar = (
         "DeepLabV3 with a ResNet50 at output stride 8 and atrous spatial pyramid pooling with rates 12, 24 "
         "and 36: one network for the colour image, one for the depth image, and both with their logits "
         "interpolated to full size, concatenated and merged by 1x1 convolutions."
     )
-    """A paragraph for the model's card."""
     stride: ClassVar = 8
     """Pixels of the frame for each logit of a branch, in both directions."""
 

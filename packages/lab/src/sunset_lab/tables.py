@@ -117,15 +117,10 @@ def measure_iou(
     rendering: Progress | None = None,
     **options: Unpack[LookOptions],
 ) -> IouTables:
-    """Measure models on views of the held-out towns, and on the default flight.
+    """Measure models of the same size, with distinct names or versions, as `sunset.measure_iou`.
 
-    Args:
-        models: of the same size, with distinct names or versions.
-        frames: of each held-out town, and of the default flight, at regular distances; if None, two views of every
-            setting and the whole flight.
-        rendering: called with (frames done, frames in all) while frames are rendered, once; they are kept in the cache
-            folder.
-        **options: of `over_frames`; the progress counts each frame once for every model.
+    The frames of the default flight are at regular distances. The progress counts each frame once for every model.
+    Rendered frames are kept in the cache folder.
     """
     size, names, jobs = _common_size(models), _names(models), options.get("jobs")
     taken = settings(frames or VIEWS)

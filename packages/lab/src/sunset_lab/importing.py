@@ -110,7 +110,7 @@ def _network(key: str, path: Path) -> Network:
     try:
         modules.load_state_dict(_entries(path))
     except RuntimeError as error:
-        why = shorten(" ".join(str(error).split("\n\t")[1:]))
+        why = shorten(" ".join(line.strip() for line in str(error).splitlines()[1:]))
         raise ModelError(
             f"The checkpoint {path} does not fit a {shape.name} with {len(CLASSES)} classes: {why}"
         ) from error

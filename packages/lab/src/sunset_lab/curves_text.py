@@ -2,14 +2,13 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, astuple, fields
-from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from sunset.calibration import AUC, effects
 from sunset.errors import MissingExtraError
-from sunset.files.plots import BLUE, GREY, ORANGE, drawing, save_figure
+from sunset.files.plots import BLUE, GREY, ORANGE, can_draw, drawing, save_figure
 from sunset.perception.severities import LOSSES, SeverityTable
 from sunset.system import get_fault
 from sunset.texts.sentences import csv_text
@@ -206,7 +205,7 @@ def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
         MissingExtraError: matplotlib is not installed.
         OutputError: a file cannot be written.
     """
-    if find_spec("matplotlib") is None:
+    if not can_draw():
         raise MissingExtraError(
             "The figures were left out because matplotlib is not installed; "
             "run: pip install 'sunset-exemplar[plots]'."

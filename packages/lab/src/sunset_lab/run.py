@@ -152,7 +152,7 @@ def _begun(
 def _finished(training: Training, modules: nn.Module, sets: FrameSets) -> Path:
     """Return the folder of the exported, calibrated and measured model."""
     home, progress = training.work / _FINISH, training.progress
-    draft = _empty_folder(home / "draft")
+    draft = home / "draft"
     options: LookOptions = {"jobs": training.jobs, "kept": home / "kept"}
 
     def measured(title: str, model: Model, frames: FrameSet) -> Measured:
@@ -180,7 +180,7 @@ def _export(
     """Write the networks in 8 bits, and a card without temperatures and thresholds.
 
     Returns:
-        The IoU in 8 bits and in float32, in which the networks are written temporarily.
+        The IoU in 8 bits and in float32, in which the networks are written before.
     """
     weights = folded_weights(config.plan(config.modalities), modules)
     limits = ranges(config.plan(config.branches), modules, sets.train)
@@ -195,10 +195,9 @@ def _export(
         "architecture": config.shape.name,
     }
     ious: dict[str, dict[str, float]] = {modality.key: {} for modality in networks}
-    exact = _empty_folder(draft.parent / "exact")
-    for precision, folder, form in (("float32", exact, Format()), ("int8", draft, Format(ranges=limits))):
-        export(folder, networks, form, card)
-        model = load_model(folder)
+    for precision, form in (("float32", Format()), ("int8", Format(ranges=limits))):
+        export(_empty_folder(draft), networks, form, card)
+        model = load_model(draft)
         found = _iou_per_image(model, measured(f"Measuring {precision}", model, sets.validation))
         for key, iou in found.items():
             ious[key][precision] = iou

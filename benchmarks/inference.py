@@ -41,9 +41,8 @@ from onnx import TensorProto, helper, numpy_helper
 from sunset.errors import SunsetError
 from sunset.perception import Modality, Model, Segmenter, list_models, load_model
 from sunset_lab import CONFIGS, FrameSet, TrainingConfig
-from sunset_lab.network import build, folded_weights
+from sunset_lab.network import build, folded_weights, ranges
 from sunset_lab.onnx_graph import Format, Network, export
-from sunset_lab.quantise import ranges
 
 Arrays = dict[str, npt.NDArray[Any]]
 
@@ -349,7 +348,7 @@ def models(names: Sequence[str], plans: Sequence[str], folder: Path) -> Iterator
     """Yield the models that are measured."""
     yield from [load_model(name) for name in names or ([] if plans else list_models())]
     for name in plans:
-        yield from drawn(CONFIGS[name](), folder / name)
+        yield from drawn(CONFIGS[name], folder / name)
 
 
 if __name__ == "__main__":

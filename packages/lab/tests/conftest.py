@@ -22,4 +22,4 @@ def painted(count: int, seed: int) -> FrameSet:
 
 @pytest.fixture(scope="session")
 def sets() -> FrameSets:
-    return FrameSets(*(painted(12, seed) for seed in range(5)))
+    return FrameSets(*(painted(12, seed) for seed in range(4)))

@@ -102,13 +102,6 @@ def test_regions_are_worth_it_where_padding_is_wide(size: int, dilation: int, ex
     assert Conv("y", "x", (16, 16), "w", dilation=dilation).worth_cutting(size) is expected
 
 
-def test_widths_that_torch_cannot_train_are_refused() -> None:
-    with pytest.raises(InvalidInputError, match="at least 16 channels everywhere, got 8"):
-        LiteShape(skips=(8, 16))
-    with pytest.raises(InvalidInputError, match="at least 16 channels everywhere, got 12"):
-        ReferenceShape(width=12)
-
-
 def test_an_output_stride_that_the_weights_cannot_run_at_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="must be 8, 16 or 32, got 4"):
         ReferenceShape().branch("rgb", 4)

@@ -12,7 +12,6 @@ import pytest
 
 from sunset.errors import InvalidInputError, MissingExtraError
 from sunset_lab import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig
-from sunset_lab.batches import draw
 
 pytestmark = pytest.mark.thorough
 
@@ -20,9 +19,10 @@ torch = pytest.importorskip("torch")
 
 from torch.utils._python_dispatch import TorchDispatchMode  # noqa: E402  needs torch
 
-from sunset_lab.augment import DeviceFrames  # noqa: E402
-from sunset_lab.loop import find_torch_device, learn  # noqa: E402
+from sunset_lab.augment import DeviceFrames, draw  # noqa: E402
 from sunset_lab.network import build, depth_input, forward, rgb_input, upsample  # noqa: E402
+from sunset_lab.run import find_torch_device, learn  # noqa: E402
+from sunset_lab.stage import Training  # noqa: E402
 
 TINY = TrainingConfig(
     shape=LiteShape(16, (16, 16, 16), (1, 1, 1), pyramid=16, rates=(2,), skips=(16, 16), decoder=16),
@@ -161,7 +161,7 @@ def test_only_a_line_of_the_log_and_a_checkpoint_wait_for_the_device(sets: Frame
     with seen:
         float(torch.zeros(()))
         assert seen.names[-1] == "aten._local_scalar_dense"  # so would a step show that waits
-        learn(TINY, sets.train, sets.validation, tmp_path, progress=progress)
+        learn(Training(TINY, tmp_path, progress=progress), sets.train, sets.validation)
     assert read[1] == read[3] == read[4] == 0
 
 
@@ -189,5 +189,5 @@ def test_a_device_that_is_not_there_is_refused() -> None:
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="needs an accelerator")
 def test_an_accelerator_learns(sets: FrameSets, tmp_path: Path) -> None:
-    modules = learn(TINY, sets.train, sets.validation, tmp_path, device="cuda")
+    modules = learn(Training(TINY, tmp_path, device="cuda"), sets.train, sets.validation)
     assert {parameter.device.type for parameter in modules.parameters()} == {"cpu"}

@@ -86,7 +86,7 @@ def test_a_copy_has_one_entropy_for_all_networks_and_thresholds_that_part(
         steps.append((what, done, total))
 
     calibrated = calibrate_model(
-        load_model(folder), frames, tmp_path / "new" / "out", source="a few", jobs=1, progress=progress
+        load_model(folder), frames, tmp_path / "new" / "out", source="a few", jobs=1, stages=progress
     )
 
     card, segmenter = calibrated.card, Segmenter(calibrated)
@@ -160,7 +160,7 @@ def test_an_interrupted_calibration_changes_nothing(small: Path, frames: FrameSe
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        calibrate_model(load_model(small), frames, jobs=1, progress=interrupt)
+        calibrate_model(load_model(small), frames, jobs=1, stages=interrupt)
     assert contents(small) == before
 
 
@@ -208,12 +208,6 @@ def test_a_network_without_a_temperature_is_refused(small: Path, frames: FrameSe
     seal(small)
     with pytest.raises(ModelError, match=r"depth.onnx has no constant 'temperature'"):
         calibrate_model(load_model(small), frames)
-
-
-def test_a_file_that_is_no_network_is_named(tmp_path: Path) -> None:
-    (tmp_path / "x.onnx").write_bytes(b"\xff" * 50)
-    with pytest.raises(ModelError, match=r"x\.onnx is not an ONNX model"):
-        set_temperature(tmp_path / "x.onnx", 2.0)
 
 
 def test_frames_of_a_bag_are_those_of_the_bag(bag: Path, frames: FrameSet) -> None:

@@ -17,26 +17,26 @@ def test_all_modalities_share_one_plan_that_contains_both_branches() -> None:
 
 
 def test_lite_learns_all_networks_at_once() -> None:
-    (stage,) = CONFIGS["lite"]().stages()
+    (stage,) = CONFIGS["lite"].stages()
     assert stage.learned == MODALITIES
     assert stage.frozen == ()
 
 
 def test_the_reference_learns_each_branch_and_then_merges_them_as_they_are() -> None:
-    rgb, depth, fusion = CONFIGS["reference"]().stages()
+    rgb, depth, fusion = CONFIGS["reference"].stages()
     assert (rgb.learned, depth.learned, fusion.learned) == (("rgb",), ("depth",), ("fusion",))
     assert (rgb.frozen, depth.frozen, fusion.frozen) == ((), (), ("rgb", "depth"))
 
 
 def test_learned_weights_of_the_reference_are_learned_further_all_at_once_at_the_stride_of_use() -> None:
-    (stage,) = CONFIGS["reference"]().started().stages()
+    (stage,) = CONFIGS["reference"].started().stages()
     assert (stage.learned, stage.frozen) == (MODALITIES, ())
     assert {phase.output_stride for phase in stage.schedule.phases} == {None}
-    assert CONFIGS["lite"]().started() == CONFIGS["lite"]()
+    assert CONFIGS["lite"].started() == CONFIGS["lite"]
 
 
 def test_the_second_branch_begins_with_the_first_ones_weights() -> None:
-    config = CONFIGS["reference"]()
+    config = CONFIGS["reference"]
     assert [stage.begun_with for stage in config.stages()] == [None, "rgb", None]
     for name in ("rgb", "depth"):
         (stage,) = replace(config, modalities=(name,)).stages()
@@ -50,12 +50,12 @@ def test_a_step_belongs_to_the_phase_that_it_falls_into() -> None:
 
 @pytest.mark.parametrize("steps", [75, 1000, 9001])
 def test_another_number_of_steps_shortens_all_phases_alike(steps: int) -> None:
-    schedule = CONFIGS["reference"]().schedule
+    schedule = CONFIGS["reference"].schedule
     shorter = schedule.with_steps(steps)
     assert shorter.steps == steps
     for old, new in zip(schedule.phases, shorter.phases, strict=True):
         assert new.steps == pytest.approx(old.steps * steps / schedule.steps, abs=1)
-    assert CONFIGS["reference"]().with_steps(steps).schedule == shorter
+    assert CONFIGS["reference"].with_steps(steps).schedule == shorter
 
 
 def test_phases_that_are_left_without_a_step_are_dropped() -> None:
@@ -76,12 +76,6 @@ def test_the_learning_rate_rises_falls_and_falls_anew_where_a_phase_says_so() ->
     assert rates[299] < 1e-3
     assert max(rates[:100]) < 1.0
     assert max(rates[100:]) < 0.5
-
-
-def test_too_many_steps_are_refused() -> None:
-    assert CONFIGS["reference"]().with_steps(10**9).schedule.steps == 10**9
-    with pytest.raises(InvalidInputError, match="at most 1000000000 steps"):
-        CONFIGS["reference"]().with_steps(10**400)
 
 
 def test_a_name_that_no_card_can_hold_is_refused() -> None:

@@ -24,7 +24,7 @@ from sunset_lab.curves import (
     measure_curves,
 )
 from sunset_lab.curves_text import as_csv, as_json, as_text
-from sunset_lab.evaluate import measure
+from sunset_lab.measuring import measure
 
 pytestmark = pytest.mark.thorough
 FAULTS = current_system().faults

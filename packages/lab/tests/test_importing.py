@@ -93,66 +93,37 @@ def test_one_checkpoint_makes_a_model_of_one_network(tmp_path: Path) -> None:
     assert list(model.card.networks) == [Modality.DEPTH]
 
 
-@pytest.mark.parametrize("wrap", [lambda d: {"model": d, "epoch": 3}, lambda d: {"state_dict": d}])
-def test_wrapped_state_dicts_of_parallel_models_are_understood(
-    wrap: Callable[[Entries], object], tmp_path: Path
-) -> None:
-    entries = {f"module.{name}": value for name, value in without(light(), "classifier.4.bias").items()}
-    torch.save(wrap(entries), tmp_path / "rgb.pth")
-    with pytest.raises(ModelError, match="lacks 1 of the 362 entries"):
-        import_checkpoints(tmp_path, tmp_path / "model", name="x")
-
-
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
         (
             lambda d: without(d, "backbone.bn1.bias", "classifier.4.bias"),
-            r"lacks 2 of the 362 entries of a deeplabv3_resnet50 .*: backbone\.bn1\.bias, classifier\.4\.bias\.",
+            r'does not fit a deeplabv3_resnet50 with 28 classes: .* "backbone\.bn1\.bias", "classifier\.4\.bias"\.$',
         ),
         (
             lambda d: d | {"aux_classifier.4.bias": torch.zeros(28)},
-            r"has 1 entries that a deeplabv3_resnet50 with 28 classes has not: aux_classifier\.4\.bias\.",
+            r'28 classes: Unexpected key\(s\) in state_dict: "aux_classifier\.4\.bias"\.$',
         ),
         (
             lambda d: d | {"classifier.4.weight": torch.zeros(21, 256, 1, 1)},
-            r"'classifier\.4\.weight' .* must have shape \(28, 256, 1, 1\), got \(21, 256, 1, 1\)\.",
+            r"size mismatch for classifier\.4\.weight: .*\[21, 256, 1, 1\].*\[28, 256, 1, 1\]\)\.$",
         ),
-        (
-            lambda d: d | {"classifier.4.bias": [0.0] * 28},
-            r"'classifier\.4\.bias' .* must be a dense tensor with values, got list\.",
-        ),
-        (
-            lambda d: d | {"classifier.4.bias": torch.zeros(28).to_sparse()},
-            r"'classifier\.4\.bias' .* must be a dense tensor with values, got Tensor\.",
-        ),
+        (lambda d: d | {"classifier.4.bias": [0.0] * 28}, r'parameter named "classifier\.4\.bias"'),
         (
             lambda d: d | {"classifier.4.bias": torch.zeros(28, device="meta")},
-            r"'classifier\.4\.bias' .* must be a dense tensor with values, got Tensor\.",
-        ),
-        (
-            lambda d: d | {"classifier.4.bias": torch.zeros(28, dtype=torch.int64)},
-            r"'classifier\.4\.bias' .* must hold floating-point numbers, got torch\.int64: save",
-        ),
-        (
-            lambda d: d | {"backbone.bn1.num_batches_tracked": torch.zeros((), dtype=torch.complex64)},
-            r"num_batches_tracked' .* must hold whole numbers, got torch\.complex64: save it as torch\.int64",
+            r'parameter named "classifier\.4\.bias"',
         ),
         (
             lambda d: d | {"classifier.4.bias": torch.full((28,), float("nan"))},
-            r"'classifier\.4\.bias' .* must hold numbers that are finite as torch\.float32, got nan: .* import another",
-        ),
-        (
-            lambda d: d | {"classifier.4.bias": torch.full((28,), float("nan")).to(torch.float8_e4m3fn)},
-            r"'classifier\.4\.bias' .* must hold numbers that are finite as torch\.float32, got nan: .* import another",
+            r"The layer 'rgb\.logits' .* not finite as float32: .* import another",
         ),
         (
             lambda d: d | {"classifier.4.bias": torch.full((28,), 1e300, dtype=torch.float64)},
-            r"'classifier\.4\.bias' .* finite as torch\.float32, got 1e\+300: .* import another",
+            r"The layer 'rgb\.logits' .* not finite as float32: .* import another",
         ),
         (
             lambda d: d | {"backbone.bn1.running_var": torch.linspace(1, -1, 64)},
-            r"'backbone\.bn1\.running_var' .* at least 0 and finite as torch\.float32, got -0\.0158\d+: .* import",
+            r"The layer 'backbone\.conv1' .* not finite as float32: .* import another",
         ),
         (
             lambda d: (
@@ -160,11 +131,10 @@ def test_wrapped_state_dicts_of_parallel_models_are_understood(
                 | {"backbone.conv1.weight": torch.full((64, 3, 7, 7), 1e38)}
                 | {"backbone.bn1.weight": torch.full((64,), 10.0)}
             ),
-            r"The layer 'backbone\.conv1' .* makes too large for float32: .* import another",
+            r"The layer 'backbone\.conv1' .* not finite as float32: .* import another",
         ),
         (lambda _: [torch.zeros(3)], r"must hold a state dict, tensors by name, got an unsuitable list\."),
-        (lambda _: {}, r"got an unsuitable dict\."),
-        (lambda _: {3: torch.zeros(3)}, r"got an unsuitable dict\."),
+        (lambda _: {}, r"does not fit a deeplabv3_resnet50"),
     ],
 )
 def test_a_checkpoint_of_something_else_is_refused_in_one_sentence(
@@ -199,7 +169,7 @@ def test_parameters_are_taken_as_tensors(tmp_path: Path) -> None:
 
 def test_a_fusion_needs_both_branches_and_its_merging_layers(tmp_path: Path) -> None:
     torch.save(without(light("fusion"), "merge.2.weight"), tmp_path / "fusion.pth")
-    with pytest.raises(ModelError, match=r"lacks 1 of the 730 entries .*: merge\.2\.weight\."):
+    with pytest.raises(ModelError, match=r'28 classes: Missing key.*"merge\.2\.weight"\.$'):
         import_checkpoints(tmp_path, tmp_path / "model", name="x")
 
 
@@ -245,7 +215,7 @@ def test_a_folder_without_checkpoints_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("width", "height"), [(100, 64), (96, 0), (96, 20)])
 def test_a_size_that_the_networks_cannot_take_is_refused(width: int, height: int, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInputError, match=f"multiples of 8, got {width}x{height}"):
+    with pytest.raises(InvalidInputError, match=f"multiples of 8, of at most 4096, got {width}x{height}"):
         import_checkpoints(tmp_path, tmp_path / "model", name="x", height=height, width=width)
 
 
@@ -253,7 +223,7 @@ def test_a_size_that_the_networks_cannot_take_is_refused(width: int, height: int
 def test_a_model_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     torch.save(light(), tmp_path / "rgb.pth")
     (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(OutputError, match=r"The model cannot be written to .*file"):
+    with pytest.raises(OutputError, match=r"The model .*file/model cannot be written"):
         import_checkpoints(tmp_path, tmp_path / "file" / "model", name="x", height=16, width=16)
 
 

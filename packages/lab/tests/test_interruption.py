@@ -31,6 +31,7 @@ import torch._dynamo
 from sunset.cli._main import _interrupt
 from sunset_lab import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig, stage
 from sunset_lab.run import train_on
+from sunset_lab.stage import Training
 
 SHAPE = LiteShape(16, (16, 16, 16), (1, 1, 1), pyramid=16, rates=(2,), skips=(16, 16), decoder=16)
 SCHEDULE = Schedule(phases=(Phase(6, 2),), warm_up=2, log_every=4, validate_every=4)
@@ -44,13 +45,11 @@ def train(folder, sets, at, number):
     torch.set_num_threads(1)
     signal.signal(signal.SIGTERM, _interrupt)
     stage.CHECKPOINT_EVERY_S = 0.0
+    config = TrainingConfig("tiny", shape=SHAPE, schedule=SCHEDULE)
     train_on(
-        TrainingConfig("tiny", shape=SHAPE, schedule=SCHEDULE),
-        FrameSets(*(FrameSet.load(Path(sets) / str(number)) for number in range(5))),
+        Training(config, Path(folder) / "work", resume=True, progress=progress),
+        FrameSets(*(FrameSet.load(Path(sets) / str(number)) for number in range(4))),
         Path(folder) / "model",
-        work=Path(folder) / "work",
-        resume=True,
-        progress=progress,
     )
 
 work = train
@@ -120,7 +119,7 @@ def serving(program: str) -> Iterator[Callable[..., list[str]]]:
 def train(sets: FrameSets, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Train]:
     """Train in a process of its own; when something was done so often, it gets a signal. Return what was done."""
     frames = tmp_path_factory.mktemp("sets")
-    for place, name in enumerate(("train", "validation", "validation_flight", "test", "test_flight")):
+    for place, name in enumerate(("train", "validation", "validation_flight", "test")):
         one = getattr(sets, name)
         FrameSet(one.bgr[:5], one.depth[:5], one.labels[:5]).save(frames / str(place))
     with serving(TRAINING) as work:

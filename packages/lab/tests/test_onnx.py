@@ -14,10 +14,9 @@ torch = pytest.importorskip("torch")
 onnx = pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")
 
-from sunset_lab.network import build, depth_input, folded_weights, forward, rgb_input  # noqa: E402
+from sunset_lab.network import build, depth_input, folded_weights, forward, ranges, rgb_input  # noqa: E402
 from sunset_lab.onnx_graph import Format, Network, export  # noqa: E402
-from sunset_lab.onnx_writer import Store  # noqa: E402
-from sunset_lab.quantise import ranges  # noqa: E402
+from sunset_lab.onnx_layers import Store  # noqa: E402
 
 torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
 
@@ -56,7 +55,7 @@ CARD = {"name": "tiny", "description": "random", "architecture": "random"}
 
 def networks(config: TrainingConfig, modules: Any) -> dict[Modality, Network]:
     weights = folded_weights(config.plan(MODALITIES), modules)
-    return {modality: Network(config.layers(modality.key), weights, 1.5) for modality in Modality}
+    return {modality: Network(config.layers(modality.key), weights) for modality in Modality}
 
 
 def run(path: Path, modality: Modality, sets: FrameSets, index: int) -> list[Any]:
@@ -82,7 +81,7 @@ def test_onnx_runtime_computes_what_torch_computes(
             assert np.abs(logits - expected.numpy()).max() < 1e-4
             full = torch.nn.functional.interpolate(expected.double(), (144, 256), mode="bilinear")
             assert (labels == full.argmax(1)[0].numpy()).mean() > 0.999  # ties fall either way
-            softmax = (full / 1.5).softmax(1)
+            softmax = (full).softmax(1)
             nats = -(softmax * softmax.log()).sum(1).mean()
             assert entropy == pytest.approx(float(nats) / np.log(28), abs=1e-4)
 

@@ -10,7 +10,7 @@ from sunset.calibration import plan_curves
 from sunset.errors import OutputError
 from sunset.perception import Modality, load_model
 from sunset_lab.curves import Curves, curves_of
-from sunset_lab.plots import draw
+from sunset_lab.curves_text import draw
 
 pytest.importorskip("matplotlib")
 
@@ -28,14 +28,10 @@ def curves(*modalities: Modality) -> Curves:
 def test_the_same_curves_are_drawn_with_the_same_bytes(tmp_path: Path) -> None:
     found = curves(*Modality)
     first = {path.name: path.read_bytes() for path in draw(found, tmp_path)}
-    assert set(first) == {"curves.png", "sharpness.png", "cures.png"}
+    assert set(first) == {"curves.png", "cures.png"}
     assert all(content.startswith(b"\x89PNG") for content in first.values())
     assert {path.name for path in tmp_path.iterdir()} == set(first)
     assert {path.name: path.read_bytes() for path in draw(found, tmp_path)} == first
-
-
-def test_a_model_that_sees_depth_only_has_no_figure_of_sharpness(tmp_path: Path) -> None:
-    assert [path.name for path in draw(curves(Modality.DEPTH), tmp_path)] == ["curves.png", "cures.png"]
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
@@ -47,7 +43,7 @@ def test_without_matplotlib_the_extra_is_named() -> None:
     program = (
         "import sys; sys.modules['matplotlib'] = None\n"
         "from pathlib import Path\n"
-        "from sunset_lab.plots import draw\n"
+        "from sunset_lab.curves_text import draw\n"
         "draw(None, Path('.'))\n"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

@@ -1,6 +1,4 @@
-import hashlib
 import json
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -10,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from sunset.errors import DataError, InvalidInputError, ModelError, OutputError, SunsetError
-from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
+from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
+from sunset.perception import Modality, Model, Segmenter
 from sunset_lab import (
     FrameSet,
     FrameSets,
@@ -21,14 +19,14 @@ from sunset_lab import (
     Schedule,
     TrainingConfig,
 )
-from sunset_lab.batches import class_weights
+from sunset_lab.augment import class_weights
 
 pytestmark = pytest.mark.thorough
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
-from sunset_lab.loop import learn  # noqa: E402  needs torch
+from sunset_lab import run  # noqa: E402  needs torch
 from sunset_lab.network import (  # noqa: E402
     build,
     forward,
@@ -36,7 +34,7 @@ from sunset_lab.network import (  # noqa: E402
     start_from_the_sum,
     upsample,
 )
-from sunset_lab.run import train, train_on  # noqa: E402
+from sunset_lab.stage import Training  # noqa: E402
 
 torch.set_num_threads(1)  # the networks are tiny, and other tests run beside
 
@@ -60,6 +58,18 @@ NARROW = TrainingConfig(
 )
 
 
+def learn(config: TrainingConfig, frames: FrameSet, validation: FrameSet, work: Path, **options: Any) -> Any:
+    return run.learn(Training(config, work, **options), frames, validation)
+
+
+def train_on(config: TrainingConfig, sets: FrameSets, out: Path, *, work: Path, **options: Any) -> Model:
+    return run.train_on(Training(config, work, **options), sets, out)
+
+
+def train(config: TrainingConfig, out: Path, *, work: Path, **options: Any) -> Model:
+    return run.train(Training(config, work, **options), out)
+
+
 def log_of(folder: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in (folder / "log.jsonl").read_text("utf-8").splitlines()]
 
@@ -71,9 +81,7 @@ def few(frames: FrameSet) -> FrameSet:
 @pytest.fixture(scope="module")
 def small(sets: FrameSets) -> FrameSets:
     """As many frames to measure on as a calibration needs."""
-    return FrameSets(
-        sets.train, few(sets.validation), few(sets.validation_flight), few(sets.test), few(sets.test_flight)
-    )
+    return FrameSets(sets.train, few(sets.validation), few(sets.validation_flight), few(sets.test))
 
 
 class Trained(NamedTuple):
@@ -132,7 +140,6 @@ def test_a_run_writes_a_model_with_its_card_log_and_figure(lite: Trained, small:
     assert all(line[name] > 0 for line in lines for name in ("rgb", "depth", "fusion", "misaligned"))
     assert ["iou" in line for line in lines] == [False, True, True]
     assert set(lines[-1]["iou"]) == {"rgb", "depth", "fusion"}
-    assert (work / "networks" / "log.png").read_bytes().startswith(b"\x89PNG")
     segmenter = Segmenter(model)
     flight = small.validation_flight
     means = [
@@ -156,8 +163,6 @@ def test_branches_learned_one_by_one_are_merged_as_they_are(reference: Reference
     assert stages["rgb"]["schedule"]["steps"] == 6
     measured: Any = model.card.results["iou_by_precision_on_the_validation_town"]
     assert set(measured["fusion"]) == {"float32", "int8"}
-    errors: Any = model.card.results["largest_difference_of_logits_from_torch"]
-    assert all(0 < errors[name] < 1e-4 for name in ("rgb", "depth", "fusion"))
 
 
 def test_the_second_branch_begins_with_the_first_ones_weights(sets: FrameSets, tmp_path: Path) -> None:
@@ -203,19 +208,6 @@ def test_a_training_does_not_start_from_other_networks(small: FrameSets, tmp_pat
     ):
         with pytest.raises(InvalidInputError, match=f"cannot start from the model 'tiny': {why}"):
             train(config, tmp_path / "out", work=tmp_path / "other", start=start)
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_training_does_not_start_from_a_file_that_is_no_network(tmp_path: Path) -> None:
-    folder = Path(shutil.copytree(load_model("lite").folder, tmp_path / "start"))
-    (folder / "depth.onnx").write_bytes(b"\xff" * 50)
-    card = ModelCard.read(folder / "card.json")
-    digest = hashlib.sha256(b"\xff" * 50).hexdigest()
-    network = replace(card.networks[Modality.DEPTH], sha256=digest)
-    replace(card, networks={Modality.DEPTH: network}).write(folder)
-    config = replace(TINY, modalities=("depth",))
-    with pytest.raises(ModelError, match=r"depth\.onnx is not an ONNX model"):
-        train(config, tmp_path / "out", work=tmp_path / "work", start=load_model(folder))
     assert not (tmp_path / "out").exists()
 
 
@@ -292,7 +284,7 @@ def test_a_resumed_run_learns_what_an_undisturbed_one_learns(
     resumed = learn(config, small.train, small.validation, tmp_path / "parts", resume=True)
     for name, value in whole.state_dict().items():
         assert torch.equal(value, resumed.state_dict()[name]), name
-    logs = [log_of(tmp_path / run / last) for run in ("whole", "parts")]
+    logs = [log_of(tmp_path / part / last) for part in ("whole", "parts")]
     for log in logs:
         for line in log:
             del line["seconds"]
@@ -337,9 +329,6 @@ def test_a_damaged_checkpoint_is_named(small: FrameSets, tmp_path: Path) -> None
         checkpoint.write_bytes(content)
         with pytest.raises(DataError, match=r"checkpoint\.pt is damaged: delete it, and train again\."):
             learn(config, small.train, small.validation, tmp_path, resume=True)
-    torch.save({"modules": {}}, checkpoint)
-    with pytest.raises(DataError, match="'config'"):
-        learn(config, small.train, small.validation, tmp_path, resume=True)
 
 
 def test_a_training_is_not_begun_where_there_is_one(small: FrameSets, tmp_path: Path) -> None:
@@ -365,24 +354,6 @@ def test_a_training_that_diverges_ends(sets: FrameSets, tmp_path: Path) -> None:
     config = replace(TINY, schedule=replace(TINY.schedule, learning_rate=1e30, warm_up=1))
     with pytest.raises(SunsetError, match="The training of networks diverged at step"):
         learn(config, sets.train, sets.validation, tmp_path)
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        b"{}",
-        b"[]",
-        b'{"step": 1, "x}',
-        b'{"step": "x"}',
-        b'{"step": 1, "\xff": 1}',
-    ],
-)
-def test_a_damaged_log_is_named(line: bytes, small: FrameSets, tmp_path: Path) -> None:
-    config = replace(TINY, modalities=("depth",)).with_steps(1)
-    learn(config, small.train, small.validation, tmp_path)
-    (tmp_path / "networks" / "log.jsonl").write_bytes(line + b"\n")
-    with pytest.raises(DataError, match=r"log\.jsonl is damaged"):
-        learn(config, small.train, small.validation, tmp_path, resume=True)
 
 
 def test_a_line_of_the_log_that_was_being_written_is_dropped(small: FrameSets, tmp_path: Path) -> None:

@@ -80,7 +80,7 @@ def test_the_networks_agree_on_the_nominal_entropy(card: ModelCard) -> None:
 
 
 def test_a_shipped_model_is_what_its_configuration_trains(card: ModelCard) -> None:
-    config = CONFIGS[card.name]()
+    config = CONFIGS[card.name]
     stages: Any = card.training["stages"]
     assert card.architecture == config.shape.name
     first: Any = card.training.get("before", card.training)

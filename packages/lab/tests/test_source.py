@@ -3,6 +3,7 @@
 import doctest
 import importlib
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -21,19 +22,23 @@ MODULES = sorted(SOURCE.rglob("*.py"))
 WITH_EXAMPLES = [path for path in MODULES if ">>> " in path.read_text("utf-8")]
 
 
-@pytest.mark.parametrize("name", names(MODULES))
-def test_a_module_can_be_imported_and_has_the_names_that_it_lists(name: str) -> None:
+def imported(name: str) -> ModuleType:
     try:
-        module = importlib.import_module(name)
+        return importlib.import_module(name)
     except ModuleNotFoundError as error:
         if error.name not in EXTRAS:
             raise
         pytest.skip(f"needs the extra that installs {error.name}")
+
+
+@pytest.mark.parametrize("name", names(MODULES))
+def test_a_module_can_be_imported_and_has_the_names_that_it_lists(name: str) -> None:
+    module = imported(name)
     assert [exported for exported in getattr(module, "__all__", []) if not hasattr(module, exported)] == []
 
 
 @pytest.mark.parametrize("name", names(WITH_EXAMPLES))
 def test_the_examples_in_docstrings_are_true(name: str) -> None:
-    results = doctest.testmod(importlib.import_module(name))
+    results = doctest.testmod(imported(name))
     assert results.attempted > 0
     assert results.failed == 0

@@ -15,9 +15,19 @@ from sunset.classes import CLASSES
 from sunset.errors import InvalidInputError
 from sunset.metrics import ClassCounts, accumulated_iou, count_classes, image_iou
 from sunset.perception import Modality, Model, load_model
-from sunset_lab.evaluate import Measured
-from sunset_lab.tables import AXES, VIEWS, Entry, IouTables, measure_iou, settings
-from sunset_lab.tables_text import claims, iou_csv, iou_json, iou_markdown
+from sunset_lab.measuring import Measured
+from sunset_lab.tables import (
+    AXES,
+    VIEWS,
+    Entry,
+    IouTables,
+    claims,
+    iou_csv,
+    iou_json,
+    iou_markdown,
+    measure_iou,
+    settings,
+)
 
 pytestmark = pytest.mark.thorough
 

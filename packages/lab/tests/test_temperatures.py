@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from sunset.calibration import separate
-from sunset.errors import DataError, ModelError
+from sunset.errors import DataError
 from sunset.metrics import normalised_entropy
-from sunset_lab.inputs import upsampling
+from sunset_lab.architecture import upsampling
 
 pytestmark = pytest.mark.thorough
 
@@ -35,12 +35,6 @@ def test_logits_are_interpolated_to_the_width_of_the_frames(shape: tuple[int, in
     temperature = temperature_for([low], 0.3, 512)
     whole = upsampling(shape[0], factor) @ low @ upsampling(shape[1], factor).T
     assert normalised_entropy(whole, temperature=temperature) == pytest.approx(0.3, rel=0.003)
-
-
-@pytest.mark.parametrize("width", [100, 300])
-def test_logits_that_do_not_fit_the_frames_are_refused(width: int) -> None:
-    with pytest.raises(ModelError, match=f"must divide that of its frames, 256, got {width}: "):
-        temperature_for([np.zeros((28, 72, width), dtype=np.float32)], 0.3, 256)
 
 
 def test_sets_that_do_not_overlap_are_parted_without_error_in_the_middle() -> None:

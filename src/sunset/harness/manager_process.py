@@ -45,8 +45,6 @@ class ManagerSpec(msgspec.Struct, frozen=True, kw_only=True):
     """Whether the run is live, so that repeated messages go there each time."""
     scenario: KnownScenario | None = None
     """The run's scenario, which only the oracle gets."""
-    describes_types: bool = False
-    """Whether its node describes its types to other nodes."""
 
 
 class ManagerTask(msgspec.Struct, frozen=True, kw_only=True):

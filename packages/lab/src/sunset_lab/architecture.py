@@ -1,4 +1,4 @@
-"""Networks as plain data: a plan of layers, which torch runs in training and ONNX Runtime in inference.
+"""Networks as plain data: a plan of layers, which torch runs in training and ONNX Runtime in inference; their inputs.
 
 A plan names the result of every layer, and the torch modules that hold the weights. Several plans can run the same
 weights: for example, the first phase of a training uses strides in place of dilations.
@@ -9,12 +9,30 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, TypeAlias
 
+import numpy as np
+import numpy.typing as npt
+
 from sunset.classes import CLASSES
-from sunset.errors import InvalidInputError
 
 _CLASSES: Final = len(CLASSES)
-LEAST_WIDTH: Final = 16
-"""With fewer channels, torch 2.13's convolutions on CPUs (1x1 kernels, stride 2) wrote beyond their memory."""
+WIDTH: Final = 256
+HEIGHT: Final = 144
+
+RGB_MEAN: Final = (0.485, 0.456, 0.406)
+RGB_STD: Final = (0.229, 0.224, 0.225)
+
+FAR_PLANE_M: Final = 1000.0
+"""The depth of 65535 counts."""
+
+REFERENCE_DEPTH_M: Final = 50.0
+"""Channel 0 of the depth input is the logarithm of the depth over this."""
+
+DEPTH_LIMIT_M: Final = 200.0
+"""Larger depths count as this depth in the local contrasts."""
+
+CONTRASTS: Final = ((16, 5.0, 2.0), (8, 1.0, 2.0))
+"""Channels 1 and 2: depth minus its mean over blocks of so many pixels (interpolated), in units of so many metres,
+cut at so many units. A car is 1.5 m high at a distance of 50 m: it only shows locally."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,14 +160,6 @@ class Shuffle:
 Layer: TypeAlias = Conv | MaxPool | Pool | Spread | Resize | Concat | Shuffle
 
 
-def check_widths(*widths: int) -> None:
-    """Refuse widths below `LEAST_WIDTH`."""
-    if min(widths) < LEAST_WIDTH:
-        raise InvalidInputError(
-            f"A network must have at least {LEAST_WIDTH} channels everywhere, got {min(widths)}."
-        )
-
-
 def merge(factor: int) -> tuple[Layer, ...]:
     """Return the layers of late fusion: 1x1 convolutions 56 → 56 → 56 → 28 over the logits of both branches.
 
@@ -169,3 +179,22 @@ def merge(factor: int) -> tuple[Layer, ...]:
 def convolutions(layers: Iterable[Layer]) -> Iterator[Conv]:
     """Return the layers with weights."""
     return (layer for layer in layers if isinstance(layer, Conv))
+
+
+def upsampling(size: int, factor: int) -> npt.NDArray[np.float32]:
+    """Return the matrix (size · factor, size) float32 of bilinear interpolation along one axis.
+
+    Pixels are areas: the centres of the first and last coarse pixel lie inside, and the border repeats beyond them
+    (torch's `align_corners=False`).
+
+    >>> upsampling(2, 2).tolist()
+    [[1.0, 0.0], [0.75, 0.25], [0.25, 0.75], [0.0, 1.0]]
+    """
+    centres = (np.arange(size * factor) + 0.5) / factor - 0.5
+    low = np.floor(centres).astype(int)
+    fraction = centres - low
+    matrix = np.zeros((size * factor, size), dtype=np.float32)
+    rows = np.arange(size * factor)
+    np.add.at(matrix, (rows, np.clip(low, 0, size - 1)), 1 - fraction)
+    np.add.at(matrix, (rows, np.clip(low + 1, 0, size - 1)), fraction)
+    return matrix

@@ -2,15 +2,16 @@
 
 import hashlib
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final, NamedTuple
+from typing import Final, Unpack
 
 import numpy as np
 import numpy.typing as npt
+import onnx
 from onnx import numpy_helper
 
 from sunset.calibration import (
@@ -23,17 +24,18 @@ from sunset.calibration import (
     plan_curves,
     window_means,
 )
+from sunset.calibration.thresholds import Separation
 from sunset.errors import DataError, InvalidInputError, ModelError, OutputError
+from sunset.files.inputs import file_digest
 from sunset.metrics import normalised_entropy
-from sunset.perception import Modality, Model, NetworkCard, Segmenter, find_device, is_installed, load_model
+from sunset.perception import Modality, Model, NetworkCard, Segmenter, is_installed, load_model
 from sunset.perception.card import check_name
 from sunset.processes.workers import Stages
 from sunset.system import loaded_extensions
-from sunset_lab.batches import FrameSet, Images
-from sunset_lab.curves import Case, Curves, curves_of, look
-from sunset_lab.inputs import upsampling
-from sunset_lab.onnx_reader import read_network
-from sunset_lab.over_frames import Arrays, LookOptions, over_frames
+from sunset_lab.architecture import upsampling
+from sunset_lab.curves import Curves, Figures, curves_of, look
+from sunset_lab.frames import FrameSet, Images, titled
+from sunset_lab.measuring import Arrays, LookOptions, over_frames
 
 TEMPERATURE: Final = "temperature"
 """The constant in a network's graph by which the logits are divided for the entropy."""
@@ -45,59 +47,30 @@ _EVERY: Final = 3
 """Every third row and column does; odd, so that pixels near to and far from a logit take part."""
 
 
-class _Looking(NamedTuple):
-    """The frames, a progress with titles, and the other options of `over_frames`."""
-
-    frames: FrameSet
-    progress: Stages | None
-    options: LookOptions
-
-    def over(
-        self, title: str, look: Callable[..., Arrays], arguments: tuple[object, ...], model: Model
-    ) -> Arrays:
-        """Look at all frames; as `over_frames`."""
-        progress = partial(self.progress, title) if self.progress else None
-        options: LookOptions = {**self.options, "progress": progress}
-        return over_frames(look, arguments, model, self.frames, **options)
-
-
 def calibrate_model(
     model: Model,
     frames: FrameSet,
     out: Path | None = None,
     *,
     source: str = "frames of the caller's",
-    jobs: int | None = None,
-    device: str = "cpu",
-    progress: Stages | None = None,
-    kept: Path | None = None,
+    stages: Stages | None = None,
+    **options: Unpack[LookOptions],
 ) -> Model:
-    """Give a model temperatures, thresholds, measured results, and a card with them.
+    """Calibrate a model, or a copy in the new folder `out`, which is named after it; the rest is as in `calibrate`.
 
-    All networks get the mean entropy that the main network has without a temperature. Files change after the last
-    measurement, so an interrupted call changes none.
-
-    Args:
-        model: only its networks are used.
-        frames: consecutive, of the model's size, at least five.
-        out: a new folder for the calibrated model, and its name; None to change the model itself.
-        source: the origin of the frames, for the card.
-        jobs: see `LookOptions`.
-        device: likewise.
-        progress: called with a title, frames done and frames in all.
-        kept: see `LookOptions`.
+    Files change after the last measurement, so an interrupted call changes none.
     """
     check_target(model, out)
-    _check_frames(model, frames)
-    looking = _Looking(frames, progress, {"device": find_device(device), "jobs": jobs, "kept": kept})
     target, home = (model.folder, model.folder) if out is None else (out, out.parent)
     card = model.card if out is None else replace(model.card, name=out.resolve().name)
     try:
         home.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(prefix=".calibrating-", dir=home) as name:
-            draft = Path(name) / "model"
-            _write_calibrated(_copied(replace(model, card=card), draft), looking, source)
-            _publish(draft, target, whole=out is not None)
+            draft = Path(name)
+            for file in {file for network in card.networks.values() for file in network.files}:
+                shutil.copyfile(model.folder / file, draft / file)
+            calibrate(Model(draft, card), frames, source, stages, **options)
+            publish(draft, target)
     except OSError as error:
         raise OutputError(f"The model {target} cannot be written: {error.strerror or error}.") from error
     return load_model(target)
@@ -116,54 +89,52 @@ def check_target(model: Model, out: Path | None) -> None:
             raise OutputError(f"The folder {out} exists: name a new one for the calibrated model.")
 
 
-def _check_frames(model: Model, frames: FrameSet) -> None:
-    size = (model.card.height, model.card.width)
-    if frames.bgr.shape[1:3] != size or len(frames) < SAMPLES:
-        height, width = frames.bgr.shape[1:3]
+def publish(draft: Path, target: Path) -> None:
+    """Copy a model's finished files into a folder, the card last; each appears there complete."""
+    target.mkdir(parents=True, exist_ok=True)
+    paths = sorted(draft.iterdir(), key=lambda path: path.name.startswith("card"))
+    for copy in [Path(shutil.copyfile(path, target / f"{path.name}.tmp")) for path in paths]:
+        copy.replace(copy.with_suffix(""))
+
+
+def calibrate(
+    model: Model,
+    frames: FrameSet,
+    source: str,
+    stages: Stages | None = None,
+    **options: Unpack[LookOptions],
+) -> Model:
+    """Give a model temperatures, thresholds, measured results, and a card with them, in its own folder.
+
+    All networks get the mean entropy that the main network has without a temperature.
+
+    Args:
+        model: only its networks are used.
+        frames: consecutive, of the model's size, at least five.
+        source: the origin of the frames, for the card.
+        stages: called with a title, frames done and frames in all.
+        **options: of `over_frames`.
+    """
+    size, given = (model.card.height, model.card.width), frames.bgr.shape[1:3]
+    if given != size or len(frames) < SAMPLES:
         raise DataError(
             f"Calibrating {model.card.name!r} needs at least {SAMPLES} frames of {size[1]}x{size[0]} pixels, got "
-            f"{len(frames)} of {width}x{height}."
+            f"{len(frames)} of {given[1]}x{given[0]}."
         )
-
-
-def _copied(model: Model, draft: Path) -> Model:
-    """Return a copy of a model without temperatures."""
-    draft.mkdir()
-    for network in model.card.networks.values():
-        for file in network.files:
-            shutil.copyfile(model.folder / file, draft / file)
-    return _with_temperatures(Model(draft, model.card), dict.fromkeys(model.card.networks, 1.0))
-
-
-def _publish(draft: Path, target: Path, *, whole: bool) -> None:
-    """Move finished files to a new folder, or replace those of a model, the card last."""
-    if whole:
-        draft.rename(target)
-        return
-    for path in sorted(draft.iterdir(), key=lambda path: path.name.startswith("card")):
-        path.replace(target / path.name)
-
-
-def _write_calibrated(model: Model, looking: _Looking, source: str) -> None:
-    """Calibrate a model in its own folder."""
-    model = _with_temperatures(model, _temperatures(model, looking))
-    plan = plan_curves(model.card, grid={})
-    (values,) = looking.over("Measuring", look, (plan.conditions(), loaded_extensions()), model)
-    _write_card(model, plan, values, source)
-
-
-def _temperatures(model: Model, looking: _Looking) -> dict[Modality, float]:
-    """Return temperatures with which all networks have the main network's mean entropy."""
-    frames = looking.frames
+    model = _with_temperatures(model, dict.fromkeys(model.card.networks, 1.0))
     main, *others = sorted(model.card.networks)
-    chosen = np.linspace(0, len(frames) - 1, min(_FRAMES, len(frames))).astype(int)
-    few = FrameSet(frames.bgr[chosen], frames.depth[chosen], frames.labels[chosen])
-    entropies, *logits = looking._replace(frames=few).over(
-        "Temperatures", _entropy_and_logits, (main, tuple(others)), model
+    options["progress"] = titled(stages, "Temperatures")
+    entropies, *logits = over_frames(
+        _entropy_and_logits, (main, tuple(others)), model, frames.spread_out(_FRAMES), **options
     )
     target = float(np.mean(entropies))
     fitted = [temperature_for(list(maps), target, model.card.width) for maps in logits]
-    return {main: 1.0, **dict(zip(others, fitted, strict=True))}
+    model = _with_temperatures(model, {main: 1.0, **dict(zip(others, fitted, strict=True))})
+    plan = plan_curves(model.card, grid={})
+    options["progress"] = titled(stages, "Measuring")
+    (values,) = over_frames(look, (plan.conditions(), loaded_extensions()), model, frames, **options)
+    _write_card(model, plan, values, source)
+    return load_model(model.folder)
 
 
 def _entropy_and_logits(
@@ -180,7 +151,9 @@ def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float, width
 
     Logits are (28, h, w) for each frame; they are interpolated to `width` in pixels, a multiple of w.
     """
-    full = [_sampled(frame, width) for frame in logits]
+    height, low_width = logits[0].shape[1:]
+    rows, columns = (upsampling(size, width // low_width)[::_EVERY] for size in (height, low_width))
+    full = [np.einsum("ih,chw,jw->cij", rows, low, columns, optimize=True) for low in logits]
 
     def mean_entropy(temperature: float) -> float:
         return float(np.mean([normalised_entropy(frame, temperature=temperature) for frame in full]))
@@ -196,28 +169,13 @@ def temperature_for(logits: list[npt.NDArray[np.float32]], entropy: float, width
     return round(float(np.sqrt(low * high)), 4)
 
 
-def _sampled(low: npt.NDArray[np.float32], width: int) -> npt.NDArray[np.float32]:
-    """Return every third row and column of logits (28, h, w) interpolated to a width."""
-    factor, rest = divmod(width, low.shape[2])
-    if rest:
-        raise ModelError(
-            f"The width of a network's logits must divide that of its frames, {width}, got {low.shape[2]}: export "
-            "or import it with this version."
-        )
-    rows = upsampling(low.shape[1], factor)[::_EVERY]
-    columns = upsampling(low.shape[2], factor)[::_EVERY]
-    full: npt.NDArray[np.float32] = np.einsum("ih,chw,jw->cij", rows, low, columns, optimize=True)
-    return full
-
-
 def _with_temperatures(model: Model, temperatures: Mapping[Modality, float]) -> Model:
     """Write temperatures into a model's networks and its card, and load it again."""
     networks = {}
     for modality, network in sorted(model.card.networks.items()):
         path = model.folder / network.file
         set_temperature(path, temperatures[modality])
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        networks[modality] = replace(network, sha256=digest, temperature=temperatures[modality])
+        networks[modality] = replace(network, sha256=file_digest(path), temperature=temperatures[modality])
     card = replace(model.card, version=version_of(networks), networks=networks, entropy_threshold=1.0)
     card.write(model.folder)
     return load_model(model.folder)
@@ -230,7 +188,7 @@ def version_of(networks: Mapping[Modality, NetworkCard]) -> str:
 
 def set_temperature(path: Path, temperature: float) -> None:
     """Write a temperature, greater than 0, into the ONNX file of a network."""
-    network = read_network(path, weights=False)
+    network = onnx.load(path, load_external_data=False)
     for constant in network.graph.initializer:
         if constant.name == TEMPERATURE:
             value = np.full(tuple(constant.dims), temperature, dtype=np.float32)
@@ -256,7 +214,7 @@ def _write_card(model: Model, plan: CurvesPlan, values: Values, source: str) -> 
     results: dict[str, object] = {
         "measured_on": f"{len(values)} frames: {source}",
         **_results(curves),
-        "thresholds": {"entropy": _rounded(asdict(entropy)), "sharpness": _rounded(asdict(sharpness))},
+        "thresholds": {"entropy": _rounded(entropy), "sharpness": _rounded(sharpness)},
     }
     # other results on the card are still valid
     replace(card, results={**card.results, **results}).write(model.folder)
@@ -264,21 +222,18 @@ def _write_card(model: Model, plan: CurvesPlan, values: Values, source: str) -> 
 
 def _results(curves: Curves) -> dict[str, object]:
     """Return the card's tables."""
-    faults: dict[str, object] = {
-        f"nominal, {network.key}": {"strength": "", **_rounded(asdict(figures))}
+    rows: dict[str, object] = {
+        f"nominal, {network.key}": {"strength": "", **_rounded(figures)}
         for network, figures in curves.nominal.items()
     }
     for case in curves.points:
-        faults[case.name] = _strength(case) | _rounded(asdict(case.before))
+        (strength,) = case.strengths.values()
+        rows[case.name] = {"strength": strength, **_rounded(case.before)}
         if case.after is not None:
-            faults[f"{case.name}, cured"] = _strength(case) | _rounded(asdict(case.after))
-    pairs = {case.name: _rounded(asdict(case.before)) for case in curves.pairs}
-    return {"faults_at_suite_strength": faults, "pairs_of_faults_at_suite_strength": pairs}
+            rows[f"{case.name}, cured"] = {"strength": strength, **_rounded(case.after)}
+    pairs = {case.name: _rounded(case.before) for case in curves.pairs}
+    return {"faults_at_suite_strength": rows, "pairs_of_faults_at_suite_strength": pairs}
 
 
-def _strength(case: Case) -> dict[str, object]:
-    return {"strength": next(iter(case.strengths.values()))}
-
-
-def _rounded(values: Mapping[str, float]) -> dict[str, object]:
-    return {name: round(value, 4) for name, value in values.items()}
+def _rounded(values: Figures | Separation) -> dict[str, float]:
+    return {name: round(value, 4) for name, value in asdict(values).items()}

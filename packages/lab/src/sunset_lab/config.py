@@ -1,21 +1,17 @@
 """The configuration of a training: networks, schedule and seed."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from sunset.errors import InvalidInputError
 from sunset.perception.card import check_name
 from sunset_lab.architecture import Layer
-from sunset_lab.lite import LiteShape
-from sunset_lab.reference import ReferenceShape
+from sunset_lab.shapes import LiteShape, ReferenceShape
 from sunset_ros.seeding import check_seed
 
 MODALITIES: Final = ("rgb", "depth", "fusion")
 """The networks of a model; the fusion needs both others."""
-
-_MOST_STEPS: Final = 10**9
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,8 +91,6 @@ class Schedule:
 
     def with_steps(self, steps: int) -> "Schedule":
         """Return the schedule with `steps` in all; a phase without steps is dropped."""
-        if steps > _MOST_STEPS:
-            raise InvalidInputError(f"A training takes at most {_MOST_STEPS} steps: ask for no more.")
         phases, old, new = [], 0, 0
         for phase in self.phases:
             old += phase.steps
@@ -204,8 +198,9 @@ class TrainingConfig:
         return replace(self, schedule=self.schedule.with_batch(frames), merging=merging)
 
 
-def _reference() -> TrainingConfig:
-    return TrainingConfig(
+CONFIGS: Final[Mapping[str, TrainingConfig]] = {
+    "lite": TrainingConfig(),
+    "reference": TrainingConfig(
         name="reference",
         shape=ReferenceShape(),
         schedule=Schedule(
@@ -228,35 +223,6 @@ def _reference() -> TrainingConfig:
             weight_decay=0.02,
             validate_every=250,
         ),
-    )
-
-
-CONFIGS: Final[Mapping[str, Callable[[], TrainingConfig]]] = {"lite": TrainingConfig, "reference": _reference}
+    ),
+}
 """The configurations of the models of the package, by name."""
-
-
-def describe_options(config: TrainingConfig, stage: Stage, *, frames: str, origin: str) -> dict[str, str]:
-    """Return the settings of a stage by the options of `sunset train`; `origin` names the model that it starts from."""
-    return {
-        "--model": type(config.shape).__name__,
-        "--modality": ", ".join(config.modalities),
-        "--steps": str(stage.schedule.steps),
-        "--batch": ", ".join(dict.fromkeys(str(phase.batch) for phase in stage.schedule.phases)),
-        "--seed": str(config.seed),
-        "--frames": f"checksum {frames[:8]}",
-        "--start-from": origin or "random weights",
-    }
-
-
-def describe_difference(begun: Mapping[str, str], asked: Mapping[str, str]) -> str:
-    """Return the options in which two trainings differ.
-
-    >>> describe_difference({"--steps": "300", "--seed": "1"}, {"--steps": "400", "--seed": "1"})
-    '--steps (begun with 300, asked for 400)'
-    """
-    differing = [
-        f"{option} (begun with {begun[option]}, asked for {value})"
-        for option, value in asked.items()
-        if begun.get(option, value) != value
-    ]
-    return " and ".join(differing) or "the version of SUNSET"

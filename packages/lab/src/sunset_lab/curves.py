@@ -23,10 +23,10 @@ from sunset.calibration import (
 from sunset.data import read_bag
 from sunset.errors import DataError
 from sunset.metrics import count_classes, image_iou
-from sunset.perception import Modality, Model, ModelCard, Segmenter, find_device
+from sunset.perception import Modality, Model, ModelCard, Segmenter
 from sunset.system import LoadedExtension, load_extension, loaded_extensions
-from sunset_lab.batches import Images
-from sunset_lab.over_frames import Arrays, LookOptions, over_frames
+from sunset_lab.frames import Images
+from sunset_lab.measuring import Arrays, LookOptions, over_frames
 from sunset_ros.seeding import generator
 
 BAND: Final = (0.5, 0.75)
@@ -174,19 +174,12 @@ def measure_curves(
     grid: Mapping[str, Sequence[float]] | None = None,
     **options: Unpack[LookOptions],
 ) -> Curves:
-    """Measure a model on the frames of a bag, in every condition.
+    """Measure a model on the frames of a bag, at least five and all with labels, in every condition.
 
-    Args:
-        model: the model.
-        bag: of at least five frames, all with labels.
-        every: look at the first five of every 5 · `every` frames only.
-        strengths: in place of the suites', by fault.
-        grid: further strengths, by fault; None for the catalogue's.
-        **options: see `LookOptions`.
+    The arguments are as in `sunset.measure_curves`; `grid` has further strengths by fault, or None for the catalogue's.
     """
     plan = plan_curves(model.card, strengths, grid)
     chosen = chosen_frames(_count(bag, model.card), every)
-    options["device"] = find_device(options.get("device", "cpu"))
     (values,) = over_frames(look, (plan.conditions(), loaded_extensions()), model, bag, chosen, **options)
     return curves_of(plan, model.card, values, every)
 
@@ -213,32 +206,24 @@ def curves_of(plan: CurvesPlan, card: ModelCard, values: Values, every: int = 1)
         return _figures(card, values[:, places[condition]], values[:, places[nominal]], every)
 
     networks = {network: figures(Condition(network)) for network in plan.networks}
-    points = []
-    for fault, strength in plan.points:
-        before, after = plan.before(fault, strength=strength), plan.after(fault, strength)
-        cured = None if after is None else figures(after)
-        goal = networks[(after or nominal).modality].iou
-        points.append(
-            Case({fault: strength}, strength == plan.strengths[fault], figures(before), cured, goal)
+
+    def case(strengths: Mapping[str, float], after: Condition | None = None) -> Case:
+        return Case(
+            strengths,
+            suite=all(plan.strengths[fault] == strength for fault, strength in strengths.items()),
+            before=figures(nominal.with_faults(strengths)),
+            after=None if after is None else figures(after),
+            goal=networks[(after or nominal).modality].iou,
         )
-    pairs = (
-        Case(
-            {fault: plan.strengths[fault] for fault in pair},
-            suite=True,
-            before=figures(plan.before(*pair)),
-            after=None,
-            goal=networks[nominal.modality].iou,
-        )
-        for pair in plan.pairs
-    )
+
     return Curves(
         model=(card.name, card.version),
         frames=len(values),
         entropy_threshold=card.entropy_threshold,
         sharpness_threshold=card.sharpness_threshold,
         nominal=networks,
-        points=tuple(points),
-        pairs=tuple(pairs),
+        points=tuple(case({fault: strength}, plan.after(fault, strength)) for fault, strength in plan.points),
+        pairs=tuple(case({fault: plan.strengths[fault] for fault in pair}) for pair in plan.pairs),
     )
 
 

@@ -1,20 +1,41 @@
-"""Curves as text, CSV and JSON, and the strengths of faults by severity."""
+"""Curves as text, CSV, JSON and figures, and the strengths of faults by severity."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, fields
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, astuple, fields
 from itertools import pairwise
-from typing import Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 from sunset.calibration import AUC, effects
+from sunset.errors import MissingExtraError
+from sunset.files.plots import BLUE, GREY, ORANGE, can_draw, drawing, save_figure
 from sunset.perception.card import LOSSES, SeverityTable
 from sunset.system import get_fault
 from sunset.texts.sentences import csv_text
 from sunset.texts.tables import aligned
 from sunset_lab.curves import BAND, CURED, DROP, SHARPNESS_AUC, Case, Curves, Figures
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_FAULTY: Final = ORANGE  # dashes and hatching differ, too
+_CURED: Final = BLUE
+_STYLE: Final = {
+    "font.size": 7,
+    "axes.titlesize": 7,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 2.5,
+}
+
 _HEAD: Final = ("IoU", "of nom.", "entropy", "AUC", "over", "sharpness", "AUC", "under")
-_CURED: Final = ("cured: IoU", "entropy")
-_FIGURES: Final = tuple(field.name for field in fields(Figures))
+_FORMATS: Final = (".3f", ".4f", ".3f", ".2f", ".3f", ".3f", ".2f")
+"""Of the fields of `Figures` in a table of text."""
 
 
 def as_text(curves: Curves) -> str:
@@ -25,32 +46,24 @@ def as_text(curves: Curves) -> str:
         f"thresholds: entropy {curves.entropy_threshold:.4f}, sharpness {curves.sharpness_threshold:.3f}",
         "",
     ]
-    rows: list[tuple[str, ...]] = [("fault", "strength", *_HEAD, *_CURED)]
+    rows: list[tuple[str, ...]] = [("fault", "strength", *_HEAD, "cured: IoU", "entropy")]
     for network, figures in curves.nominal.items():
-        rows.append((f"none, {network.key}", "", *_figures(curves, figures), "", ""))
+        rows.append((f"none, {network.key}", "", *_texts(curves, figures), "", ""))
     for case in curves.points:
         cured = ("", "") if case.after is None else (f"{case.after.iou:.3f}", f"{case.after.entropy:.4f}")
         (strength,) = case.strengths.values()
         mark = "*" if case.suite else " "
-        rows.append((case.name, f"{strength:g}{mark}", *_figures(curves, case.before), *cured))
+        rows.append((case.name, f"{strength:g}{mark}", *_texts(curves, case.before), *cured))
     lines += aligned(rows)
     if curves.pairs:
-        pairs = [(case.name, *_figures(curves, case.before)) for case in curves.pairs]
+        pairs = [(case.name, *_texts(curves, case.before)) for case in curves.pairs]
         lines += ["", *aligned([("two faults at suite strength", *_HEAD), *pairs])]
     return "\n".join([*lines, "", *_cures(curves), "", *_severities(curves), "", *_advice(curves)]) + "\n"
 
 
-def _figures(curves: Curves, figures: Figures) -> tuple[str, ...]:
-    return (
-        f"{figures.iou:.3f}",
-        f"{curves.share(figures):.0%}",
-        f"{figures.entropy:.4f}",
-        f"{figures.auc:.3f}",
-        f"{figures.over:.2f}",
-        f"{figures.sharpness:.3f}",
-        f"{figures.sharpness_auc:.3f}",
-        f"{figures.under:.2f}",
-    )
+def _texts(curves: Curves, figures: Figures) -> list[str]:
+    first, *others = (format(value, form) for value, form in zip(astuple(figures), _FORMATS, strict=True))
+    return [first, f"{curves.share(figures):.0%}", *others]
 
 
 def _cures(curves: Curves) -> Iterator[str]:
@@ -63,23 +76,29 @@ def _severities(curves: Curves) -> Iterator[str]:
     shares = ", ".join(f"{loss:.0%}" for loss in LOSSES)
     yield f"strengths by severity, 1 to {len(LOSSES)}, which cost {shares} of the nominal IoU:"
     for fault, strengths in severity_table(curves).strengths.items():
-        yield f"{fault}: {', '.join('none' if value is None else f'{value:g}' for value in strengths)}"
+        yield f"{fault}: {_joined(strengths)}"
+
+
+def _joined(values: Iterable[float | None]) -> str:
+    return ", ".join("none" if value is None else f"{value:g}" for value in values)
 
 
 def _advice(curves: Curves) -> Iterator[str]:
     """Yield whether the strengths of the suites fit, and which other strengths would."""
-    for fault in effects():
-        others = ", ".join(f"{value:g}" for value in _fitting(curves, fault)) or "none that was measured"
+    nominal = curves.main.iou
+    fitting = {
+        fault: [case.strengths[fault] for case in curves.of(fault) if not case.shortfalls(nominal)]
+        for fault in effects()
+    }
+    for fault, fits in fitting.items():
         for case in curves.of(fault):
             if case.suite:
-                verdict = "; ".join(case.shortfalls(curves.main.iou)) or "fits"
+                verdict = "; ".join(case.shortfalls(nominal)) or "fits"
+                others = _joined(fits) or "none that was measured"
                 yield f"{fault} at {case.strengths[fault]:g}: {verdict} (strengths that fit: {others})"
     for fault, effect in effects().items():
         if isinstance(effect.suite, str) and curves.of(fault) and curves.of(effect.suite):
-            fitting = _fitting(curves, fault)
-            common = ", ".join(
-                f"{strength:g}" for strength in _fitting(curves, effect.suite) if strength in fitting
-            )
+            common = _joined(value for value in fitting[effect.suite] if value in fitting[fault])
             yield f"{effect.suite} and {fault} have one strength: both fit at {common or 'none'}"
     if curves.pairs:
         shares = [curves.share(case.before) for case in curves.pairs]
@@ -92,11 +111,6 @@ def _advice(curves: Curves) -> Iterator[str]:
         f"{DROP}), the AUC of the symptom is {AUC} or more (blur: {SHARPNESS_AUC}), and the cure brings the IoU back "
         f"to within {CURED}."
     )
-
-
-def _fitting(curves: Curves, fault: str) -> list[float]:
-    cases = curves.of(fault)
-    return [case.strengths[fault] for case in cases if not case.shortfalls(curves.main.iou)]
 
 
 def severity_table(curves: Curves) -> SeverityTable:
@@ -112,12 +126,10 @@ def severity_table(curves: Curves) -> SeverityTable:
 
 
 def _strengths(curves: Curves, fault: str) -> tuple[float | None, ...]:
-    points = [(0.0, 0.0)]
-    points += [(case.strengths[fault], 1 - curves.share(case.before)) for case in curves.of(fault)]
-    strengths = [strength_at(points, loss) for loss in LOSSES]
-    if isinstance(get_fault(fault).value, int):
-        return tuple(None if value is None else float(round(value)) for value in strengths)
-    return tuple(None if value is None else float(f"{value:.4g}") for value in strengths)
+    points = [(case.strengths[fault], 1 - curves.share(case.before)) for case in curves.of(fault)]
+    strengths = (strength_at([(0.0, 0.0), *points], loss) for loss in LOSSES)
+    form = ".0f" if isinstance(get_fault(fault).value, int) else ".4g"
+    return tuple(None if value is None else float(format(value, form)) for value in strengths)
 
 
 def strength_at(points: Sequence[tuple[float, float]], loss: float) -> float | None:
@@ -138,20 +150,21 @@ def strength_at(points: Sequence[tuple[float, float]], loss: float) -> float | N
 
 def as_csv(curves: Curves) -> str:
     """Return a row for each measurement, as CSV."""
-    rows: list[list[object]] = [["faults", "strengths", "suite", "state", "share_of_nominal_iou", *_FIGURES]]
+    names = (field.name for field in fields(Figures))
+    rows: list[list[object]] = [["faults", "strengths", "suite", "state", "share_of_nominal_iou", *names]]
+
+    def add(faults: str, strengths: str, suite: object, state: str, figures: Figures) -> None:
+        values = (f"{value:.6g}" for value in (curves.share(figures), *astuple(figures)))
+        rows.append([faults, strengths, suite, state, *values])
+
     for network, figures in curves.nominal.items():
-        rows.append(["", "", "", network.key, *_cells(curves, figures)])
+        add("", "", "", network.key, figures)
     for case in (*curves.points, *curves.pairs):
         strengths = " + ".join(f"{value:g}" for value in case.strengths.values())
-        rows.append([case.name, strengths, int(case.suite), "faulty", *_cells(curves, case.before)])
+        add(case.name, strengths, int(case.suite), "faulty", case.before)
         if case.after is not None:
-            rows.append([case.name, strengths, int(case.suite), "cured", *_cells(curves, case.after)])
+            add(case.name, strengths, int(case.suite), "cured", case.after)
     return csv_text(rows)
-
-
-def _cells(curves: Curves, figures: Figures) -> list[str]:
-    values = [curves.share(figures), *(getattr(figures, name) for name in _FIGURES)]
-    return [f"{value:.6g}" for value in values]
 
 
 def as_json(curves: Curves) -> dict[str, object]:
@@ -164,19 +177,115 @@ def as_json(curves: Curves) -> dict[str, object]:
         "entropy_threshold": curves.entropy_threshold,
         "sharpness_threshold": curves.sharpness_threshold,
         "nominal": {network.key: asdict(figures) for network, figures in curves.nominal.items()},
-        "faults": [_object(curves, case) for case in curves.points],
+        "faults": [
+            _object(curves, case)
+            | {
+                "cured": None if case.after is None else asdict(case.after),
+                "shortfalls": list(case.shortfalls(curves.main.iou)),
+            }
+            for case in curves.points
+        ],
         "pairs": [_object(curves, case) for case in curves.pairs],
     }
 
 
 def _object(curves: Curves, case: Case) -> dict[str, object]:
-    content: dict[str, object] = {
+    return {
         "strengths": dict(case.strengths),
         "suite": case.suite,
         "share_of_nominal_iou": curves.share(case.before),
         "faulty": asdict(case.before),
     }
-    if len(case.strengths) == 1:
-        content["cured"] = None if case.after is None else asdict(case.after)
-        content["shortfalls"] = list(case.shortfalls(curves.main.iou))
-    return content
+
+
+def draw(curves: Curves, folder: Path) -> tuple[Path, ...]:
+    """Draw `curves.png` and `cures.png`, and return their paths.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        OutputError: a file cannot be written.
+    """
+    if not can_draw():
+        raise MissingExtraError(
+            "The figures were left out because matplotlib is not installed; "
+            "run: pip install 'sunset-exemplar[plots]'."
+        )
+    paths = folder / "curves.png", folder / "cures.png"
+    with drawing(_STYLE) as new_figure:
+        for path, fill in zip(paths, (_draw_strengths, _draw_cures), strict=True):
+            figure = new_figure(dpi=200, layout="constrained")
+            fill(figure, curves)
+            save_figure(figure, path, make_folder=False)
+    return paths
+
+
+def _draw_strengths(figure: "Figure", curves: Curves) -> None:
+    """Draw IoU above, entropy below, in a column for each fault."""
+    faults = [fault for fault in effects() if curves.of(fault)]
+    figure.set_size_inches(1.5 * len(faults) + 0.7, 3.6)
+    rows = figure.subplots(2, len(faults), squeeze=False, sharex="col", sharey="row")
+    for place, fault in enumerate(faults):
+        upper, lower = rows[0][place], rows[1][place]
+        _lines(upper, curves.of(fault), fault, lambda figures: figures.iou)
+        _lines(lower, curves.of(fault), fault, lambda figures: figures.entropy)
+        _band(upper, curves)
+        lower.axhline(curves.entropy_threshold, color=GREY, linewidth=0.8, linestyle=":")
+        upper.set_title(fault.replace("_", " "))
+        lower.set_xlabel(effects()[fault].unit)
+    rows[0][0].set(ylabel="IoU", ylim=(0, None))
+    rows[1][0].set(ylabel="entropy (dotted: threshold)", ylim=(0, None))
+    handles, labels = rows[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
+
+
+def _lines(axes: "Axes", cases: Sequence[Case], fault: str, value: Callable[[Figures], float]) -> None:
+    strengths = [case.strengths[fault] for case in cases]
+    cured = [(case.strengths[fault], value(case.after)) for case in cases if case.after]
+    axes.plot(strengths, [value(case.before) for case in cases], "o-", color=_FAULTY, label="with the fault")
+    if cured:
+        axes.plot(*zip(*cured, strict=True), "--", color=_CURED, label="after its cure")
+    for case in cases:
+        if case.suite:
+            strength = case.strengths[fault]
+            axes.axvline(strength, color=GREY, linewidth=0.8, linestyle="-.", label="suite strength")
+    if strengths[-1] > 10 * strengths[0]:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter("{x:g}")
+
+
+def _band(axes: "Axes", curves: Curves) -> None:
+    low, high = (share * curves.main.iou for share in BAND)
+    label = f"{BAND[0]:.0%}–{BAND[1]:.0%} of nominal"
+    axes.axhspan(low, high, color="#009E73", alpha=0.15, linewidth=0, label=label)
+
+
+def _draw_cures(figure: "Figure", curves: Curves) -> None:
+    """Draw IoU and entropy at suite strength before and after each cure, and the IoU of two faults at once."""
+    cases = [case for case in curves.points if case.suite]
+    figure.set_size_inches(7.4, 3.2)
+    first, second, third = figure.subplots(1, 3)
+    for axes, name in ((first, "iou"), (second, "entropy")):
+        for shift, color, hatch, label, side in (
+            (-0.2, _FAULTY, "///", "with the fault", [case.before for case in cases]),
+            (0.2, _CURED, "", "after its cure", [case.after for case in cases]),
+        ):
+            bars = [(place + shift, getattr(figures, name)) for place, figures in enumerate(side) if figures]
+            if bars:
+                axes.barh(*zip(*bars, strict=True), height=0.4, color=color, hatch=hatch, label=label)
+        axes.axvline(getattr(curves.main, name), color="black", linewidth=0.8, label="nominal")
+        axes.set(xlabel=name.replace("iou", "IoU"))
+        _name_bars(axes, [case.name if axes is first else "" for case in cases])
+    second.axvline(curves.entropy_threshold, color=GREY, linewidth=0.8, linestyle=":", label="threshold")
+    pairs = curves.pairs
+    third.barh(range(len(pairs)), [case.before.iou for case in pairs], color=_FAULTY, hatch="///")
+    third.axvline(curves.main.iou, color="black", linewidth=0.8)
+    third.axvspan(*(share * curves.main.iou for share in BAND), color="#009E73", alpha=0.15, linewidth=0)
+    third.set(xlabel="IoU with two faults")
+    _name_bars(third, [case.name for case in pairs])
+    handles, labels = second.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
+
+
+def _name_bars(axes: "Axes", texts: Sequence[str]) -> None:
+    axes.set_yticks(range(len(texts)), [text.replace("_", " ").replace(" + ", "\n+ ") for text in texts])
+    axes.invert_yaxis()

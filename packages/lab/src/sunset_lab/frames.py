@@ -1,16 +1,17 @@
-"""The frames for training, calibration and tests: rendered, or of a bag."""
+"""Sets of frames for training, calibration and tests: rendered, or of a bag."""
 
+import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
-from contextlib import suppress
+from collections import deque
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final, Self, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from sunset.classes import CLASS_OF_CARLA_ID
 from sunset.data import (
@@ -23,27 +24,80 @@ from sunset.data import (
     Frame,
     flight_bag,
     read_bag,
-    render_frames,
     render_views,
 )
 from sunset.errors import OutputError
-from sunset.processes.workers import Stages, worker_pool
-from sunset_lab.batches import FrameSet
-from sunset_lab.inputs import HEIGHT, WIDTH
+from sunset.files.outputs import write_text
+from sunset.processes.workers import Progress, Stages, spread
+from sunset_lab.architecture import HEIGHT, WIDTH
 
 TRAINING_TOWNS: Final = (2, 3, 4, 5, 6)
 VALIDATION_TOWN: Final = 7
 TEST_TOWN: Final = 8
 COURSES_DEG: Final = (50.0, 140.0)
-"""Directions of the two flights over a held-out town; the first is the default flight's."""
+"""Directions of the two flights over the validation town; the first is the default flight's."""
+
+DEFAULT_FRAMES: Final = 5500
+FURTHER_FRAMES: Final = 20_000
+"""About how many frames a model is trained on, and trained further."""
 
 _CHUNK: Final = 50
+_PASSAGE: Final = 200
+"""The number of frames of each flight over the validation town."""
 _LEAST_PASSAGE: Final = 10
 """The least number of consecutive frames that thresholds can be chosen on."""
 _PLAN: Final = "plan.json"
-"""The file beside a set, with its plan and, while the set is incomplete, its finished chunks."""
-_UNFINISHED: Final = ".tmp"
-"""The suffix of a file while it is written."""
+_FINISHED: Final = "finished"
+"""The array beside a set's own that tells which frames are rendered."""
+
+Images: TypeAlias = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.uint8]]
+"""A frame: colours, depth and labels."""
+
+
+@dataclass(frozen=True)
+class FrameSet:
+    """Frames in arrays, in memory or mapped from files.
+
+    Attributes:
+        bgr: (N, H, W, 3) uint8.
+        depth: (N, H, W) uint16.
+        labels: (N, H, W) uint8, class indices, or `IGNORED`.
+    """
+
+    bgr: npt.NDArray[np.uint8]
+    depth: npt.NDArray[np.uint16]
+    labels: npt.NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return len(self.bgr)
+
+    def images(self, index: int) -> Images:
+        """Return a frame."""
+        return np.asarray(self.bgr[index]), np.asarray(self.depth[index]), np.asarray(self.labels[index])
+
+    def spread_out(self, count: int) -> "FrameSet":
+        """Return at most `count` frames at regular distances."""
+        chosen = np.linspace(0, len(self) - 1, min(count, len(self))).astype(int)
+        return FrameSet(self.bgr[chosen], self.depth[chosen], self.labels[chosen])
+
+    def digest(self) -> str:
+        """Return a short checksum of the frames."""
+        digest = hashlib.sha256()
+        for array in vars(self).values():
+            digest.update(np.ascontiguousarray(array).data)
+        return digest.hexdigest()[:12]
+
+    @classmethod
+    def load(cls, folder: Path) -> Self:
+        """Map the arrays of a folder; changes of them stay in memory."""
+        names = cls.__dataclass_fields__
+        return cls(**{name: np.load(folder / f"{name}.npy", mmap_mode="c") for name in names})
+
+    def save(self, folder: Path) -> None:
+        """Write the arrays into a folder."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, array in vars(self).items():
+            np.save(folder / f"{name}.npy", array)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,196 +109,126 @@ class Views:
     seed: int
     flight: bool
 
+    def render(self, start: int, count: int) -> Iterator[Frame]:
+        """Render some of the views."""
+        return render_views(
+            town=self.town,
+            count=count,
+            seed=self.seed,
+            start=start,
+            heights=(50,) if self.flight else HEIGHTS_M,
+            pitches=(60,) if self.flight else PITCHES_DEG,
+            times=("noon",) if self.flight else TIMES,
+            weathers=("clear",) if self.flight else WEATHERS,
+        )
 
-@dataclass(frozen=True, slots=True)
-class Passage:
-    """Consecutive frames, ten a second, of a flight like the default flight over another town, on a course."""
 
-    town: int
-    count: int
-    course_deg: float
-
-
-FramePlan: TypeAlias = tuple[Views | Passage, ...]
+FramePlan: TypeAlias = tuple[Views, ...]
 """The frames of a set, never of town 1, the default flight's."""
 
 
-@dataclass(frozen=True, slots=True)
-class FrameCounts:
-    """The numbers of frames to render.
+def frame_plans(frames: int, *, further: bool) -> dict[str, FramePlan]:
+    """Return the plans of the sets of views for a training with about so many frames.
 
-    Attributes:
-        flight: training frames of each town in the default flight's setting.
-        other: training frames of each town in all settings.
-        held_out: random views of the validation town, and of the test town.
-        passage: consecutive frames of each of two flights over the validation town, and over the test town.
+    Of the training frames, 8 in 11 are in the default flight's setting; 2 in 5 where a model is trained further, whose
+    weights know this setting best.
     """
+    flight, other = (2, 3) if further else (8, 3)
+    towns, held_out = len(TRAINING_TOWNS), math.ceil(150 * _held_out(frames))
+    kinds = (
+        (math.ceil(frames * flight / (towns * (flight + other))), 1, True),
+        (math.ceil(frames * other / (towns * (flight + other))), 2, False),
+    )
+    return {
+        "train": tuple(Views(town, *kind) for town in TRAINING_TOWNS for kind in kinds),
+        "validation": (Views(VALIDATION_TOWN, held_out, 3, flight=True),),
+        "test": (Views(TEST_TOWN, held_out, 3, flight=True),),
+    }
 
-    flight: int = 800
-    other: int = 300
-    held_out: int = 150
-    passage: int = 200
 
-    @classmethod
-    def of(cls, frames: int, *, flight: int = 8, other: int = 3) -> "FrameCounts":
-        """Return counts for about `frames` training frames, and proportionally fewer held-out frames.
-
-        `flight` and `other` are the proportions of training frames in the default flight's setting and in all settings.
-
-        >>> FrameCounts.of(550)
-        FrameCounts(flight=80, other=30, held_out=15, passage=20)
-        """
-        most = cls()
-        of_town = len(TRAINING_TOWNS) * (flight + other)
-        held_out = min(frames / (len(TRAINING_TOWNS) * (most.flight + most.other)), 1.0)
-        return cls(
-            flight=math.ceil(frames * flight / of_town),
-            other=math.ceil(frames * other / of_town),
-            held_out=math.ceil(most.held_out * held_out),
-            passage=max(math.ceil(most.passage * held_out), _LEAST_PASSAGE),
-        )
-
-    def plans(self) -> dict[str, FramePlan]:
-        """Return the plan of each set."""
-        plans: dict[str, FramePlan] = {"train": ()}
-        for town in TRAINING_TOWNS:
-            plans["train"] += (
-                Views(town, self.flight, 1, flight=True),
-                Views(town, self.other, 2, flight=False),
-            )
-        for kind, town in (("validation", VALIDATION_TOWN), ("test", TEST_TOWN)):
-            plans[kind] = (Views(town, self.held_out, 3, flight=True),)
-            plans[f"{kind}_flight"] = tuple(Passage(town, self.passage, course) for course in COURSES_DEG)
-        return plans
+def _held_out(frames: int) -> float:
+    """Return the share of the held-out frames to render: fewer for a training with fewer frames than the default."""
+    return min(frames / DEFAULT_FRAMES, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class FrameSets:
     """The frames of a training: for the weights, and of two other towns.
 
-    The other towns have sets of random views, and of consecutive frames of flights. Temperatures and thresholds come
-    from `validation_flight`.
+    Temperatures and thresholds come from `validation_flight`, frames of flights; the others are random views.
     """
 
     train: FrameSet
     validation: FrameSet
     validation_flight: FrameSet
     test: FrameSet
-    test_flight: FrameSet
+
+
+def titled(progress: Stages | None, title: str) -> Progress | None:
+    """Return the progress of a stage with this title."""
+    return None if progress is None else partial(progress, title)
 
 
 def render_sets(
-    counts: FrameCounts,
-    folder: Path,
-    *,
-    jobs: int = 2,
-    progress: Callable[[str, int, int], None] | None = None,
+    frames: int, folder: Path, *, further: bool = False, jobs: int = 2, progress: Stages | None = None
 ) -> FrameSets:
-    """Render all sets, each into its own folder, as far as they are missing.
-
-    `progress` is called with the set's name, frames done and frames in all.
-    """
-    sets = {}
-    for name, plan in counts.plans().items():
-        note = partial(progress, name) if progress else None
-        sets[name] = render_set(plan, folder / name, jobs=jobs, progress=note)
-    return FrameSets(**sets)
-
-
-def _frames(views: Views | Passage, start: int, count: int) -> Iterator[Frame]:
-    if isinstance(views, Passage):
-        plan = FlightPlan(town=views.town, frames=views.count, course_deg=views.course_deg)
-        return render_frames(plan, range(start, start + count))
-    return render_views(
-        town=views.town,
-        count=count,
-        seed=views.seed,
-        start=start,
-        heights=(50,) if views.flight else HEIGHTS_M,
-        pitches=(60,) if views.flight else PITCHES_DEG,
-        times=("noon",) if views.flight else TIMES,
-        weathers=("clear",) if views.flight else WEATHERS,
-    )
+    """Render all sets as far as they are missing: views into folders, flights into the cache; as `frame_plans`."""
+    views = {
+        name: render_set(plan, folder / name, jobs=jobs, progress=titled(progress, name))
+        for name, plan in frame_plans(frames, further=further).items()
+    }
+    passage = max(math.ceil(_PASSAGE * _held_out(frames)), _LEAST_PASSAGE)
+    flight = validation_flight((HEIGHT, WIDTH), count=passage, jobs=jobs, progress=progress)
+    return FrameSets(**views, validation_flight=flight)
 
 
-def _render(folder: Path, place: int, views: Views | Passage, start: int, count: int) -> None:
-    """Render a chunk into its place in the arrays of a folder."""
-    _stacked(list(_frames(views, start, count))).write_into(folder, place)
-
-
-def render_set(
-    plan: FramePlan, folder: Path, *, jobs: int = 2, progress: Callable[[int, int], None] | None = None
-) -> FrameSet:
+def render_set(plan: FramePlan, folder: Path, *, jobs: int = 2, progress: Progress | None = None) -> FrameSet:
     """Render a set into a folder, as far as chunks of 50 frames are missing, and map it.
 
     With `jobs` of 1, this process renders. `progress` is called with frames done and frames in all.
     """
-    wanted = {"renderer": RENDER_VERSION, "views": [asdict(views) for views in plan]}
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        finished = _finished_chunks(folder, wanted)
-        if finished is not None:
-            _render_missing(plan, wanted, folder, finished, jobs=jobs, progress=progress)
+        finished = _finished_frames(plan, folder)
+        missing = [chunk for chunk in _chunks(plan) if not finished[chunk[0]]]
+
+        def note(done: int, _: int) -> None:
+            if progress is not None:
+                left = sum(count for *_, count in missing[done:])
+                progress(len(finished) - left, len(finished))
+
+        deque(spread(partial(_render, folder), missing, jobs=jobs, progress=note), maxlen=0)
+        return FrameSet.load(folder)
     except OSError as error:
         raise OutputError(
             f"The training frames cannot be written to {folder}: {error.strerror or error}."
         ) from error
-    return FrameSet.load(folder)
 
 
-def _finished_chunks(folder: Path, wanted: dict[str, object]) -> list[int] | None:
-    """Return the finished chunks of a plan in a folder; None if all are finished."""
-    names = sorted(path.name for path in folder.iterdir() if path.suffix != _UNFINISHED)
+def _finished_frames(plan: FramePlan, folder: Path) -> npt.NDArray[np.bool_]:
+    """Return which frames of a plan are in a folder, after preparing it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    wanted = json.dumps({"renderer": RENDER_VERSION, "views": [asdict(views) for views in plan]}, indent=1)
+    document, names = folder / _PLAN, sorted(path.name for path in folder.iterdir())
     if not names:
-        return []
-    with suppress(AttributeError, FileNotFoundError, ValueError):
-        document = json.loads((folder / _PLAN).read_text(encoding="utf-8"))
-        if document.items() >= wanted.items():
-            finished: list[int] | None = document.get("finished")
-            return finished
-    raise OutputError(
-        f"The folder {folder} holds {names[0]}, which is not of this training's frames: name another work folder, or "
-        "delete this one."
-    )
+        write_text(document, wanted)
+    elif not document.exists() or document.read_text(encoding="utf-8") != wanted:
+        raise OutputError(
+            f"The folder {folder} holds {names[0]}, which is not of this training's frames: name another work folder, "
+            "or delete this one."
+        )
+    if f"{_FINISHED}.npy" not in names:
+        total = sum(views.count for views in plan)
+        shape = (total, HEIGHT, WIDTH)  # blank arrays take no memory
+        blank = FrameSet(
+            np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.uint16), np.zeros(shape, np.uint8)
+        )
+        blank.save(folder)  # fails now if the disk is too small
+        np.save(folder / _FINISHED, np.zeros(total, np.bool_))
+    finished: npt.NDArray[np.bool_] = np.load(folder / f"{_FINISHED}.npy")
+    return finished
 
 
-def _render_missing(
-    plan: FramePlan,
-    wanted: dict[str, object],
-    folder: Path,
-    finished: list[int],
-    *,
-    jobs: int,
-    progress: Callable[[int, int], None] | None,
-) -> None:
-    """Render the chunks that the folder lacks."""
-    chunks = list(_chunks(plan))
-    total = sum(views.count for views in plan)
-    if not finished:
-        _write(folder / _PLAN, wanted | {"finished": finished})
-        FrameSet.blank(total, HEIGHT, WIDTH).save(folder)  # fails now if the disk is too small
-    missing = [number for number in range(len(chunks)) if number not in finished]
-
-    def note(number: int) -> None:
-        finished.append(number)
-        _write(folder / _PLAN, wanted | {"finished": finished})
-        if progress is not None:
-            progress(sum(chunks[number][-1] for number in finished), total)
-
-    if jobs == 1:
-        for number in missing:
-            _render(folder, *chunks[number])
-            note(number)
-    else:
-        with worker_pool(jobs) as pool:
-            futures = {pool.submit(_render, folder, *chunks[number]): number for number in missing}
-            for future in as_completed(futures):
-                future.result()
-                note(futures[future])
-    _write(folder / _PLAN, wanted)
-
-
-def _chunks(plan: FramePlan) -> Iterator[tuple[int, Views | Passage, int, int]]:
+def _chunks(plan: FramePlan) -> Iterator[tuple[int, Views, int, int]]:
     """Yield chunks: the place in the set, the views, the first of them, and their number."""
     place = 0
     for views in plan:
@@ -254,10 +238,14 @@ def _chunks(plan: FramePlan) -> Iterator[tuple[int, Views | Passage, int, int]]:
             place += count
 
 
-def _write(path: Path, document: dict[str, object]) -> None:
-    temporary = path.with_suffix(_UNFINISHED)
-    temporary.write_text(json.dumps(document, indent=1), encoding="utf-8")
-    temporary.replace(path)
+def _render(folder: Path, chunk: tuple[int, Views, int, int]) -> None:
+    """Render a chunk into its place in the arrays of a folder."""
+    place, views, start, count = chunk
+    frames = _stacked(list(views.render(start, count)))
+    for name, array in (*vars(frames).items(), (_FINISHED, np.True_)):
+        stored = np.load(folder / f"{name}.npy", mmap_mode="r+")
+        stored[place : place + count] = array
+        stored.flush()
 
 
 def _stacked(frames: Sequence[Frame]) -> FrameSet:
@@ -277,7 +265,7 @@ def frames_of_bag(path: Path, size: tuple[int, int] | None = None) -> FrameSet:
 def validation_flight(
     size: tuple[int, int],
     *,
-    count: int = FrameCounts().passage,
+    count: int = _PASSAGE,
     jobs: int | None = None,
     progress: Stages | None = None,
 ) -> FrameSet:
@@ -286,13 +274,9 @@ def validation_flight(
     `size` is height and width of a frame in pixels, and `count` the frames of each of the two flights. `jobs` and
     `progress` are as in `flight_bag`.
     """
-    rendering = partial(progress, "Rendering the validation flights (once)") if progress else None
+    rendering = titled(progress, "Rendering the validation flights (once)")
     parts = []
     for course in COURSES_DEG:
         plan = FlightPlan(town=VALIDATION_TOWN, frames=count, course_deg=course, size=size)
-        parts.append(frames_of_bag(flight_bag(plan, progress=rendering, jobs=jobs)))
-    return FrameSet(
-        np.concatenate([part.bgr for part in parts]),
-        np.concatenate([part.depth for part in parts]),
-        np.concatenate([part.labels for part in parts]),
-    )
+        parts.append(vars(frames_of_bag(flight_bag(plan, progress=rendering, jobs=jobs))).values())
+    return FrameSet(*map(np.concatenate, zip(*parts, strict=True)))

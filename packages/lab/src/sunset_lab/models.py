@@ -3,8 +3,9 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict, Unpack
+from typing import TypedDict, Unpack
 
 from sunset.api.arguments import (
     Extensions,
@@ -20,31 +21,23 @@ from sunset.api.arguments import (
 )
 from sunset.calibration import fit_to_flight
 from sunset.data import DEFAULT_FLIGHT, flight_bag, read_bag
-from sunset.errors import InvalidInputError, OutputError
-from sunset.experiments import inference_file, missing_networks
+from sunset.errors import InvalidInputError, MissingExtraError, OutputError
+from sunset.experiments import inference_file
 from sunset.perception import Model, find_device, list_models, load_model
-from sunset.perception.card import MAX_SIDE
 from sunset.processes.workers import Progress, processors
+from sunset_lab import (
+    CONFIGS,
+    MODALITIES,
+    TrainingConfig,
+    curves,
+    frames_of_bag,
+    tables,
+    validation_flight,
+)
+from sunset_lab.measuring import LookOptions
 from sunset_ros.texts import shown, suggestion
 
-__all__ = [
-    "MAX_SIDE",
-    "TrainingOptions",
-    "calibrate_model",
-    "import_model",
-    "measure_curves",
-    "measure_iou",
-    "missing_networks",
-    "train_model",
-]
-
-if TYPE_CHECKING:
-    from sunset_lab import FrameCounts, TrainingConfig
-    from sunset_lab.curves import Curves
-    from sunset_lab.tables import IouTables
-
-# The functions import `sunset_lab` when they are called, since it takes long.
-# ruff: noqa: PLC0415
+# ruff: noqa: PLC0415  torch and onnx, of the extra `train`, are imported when they are needed
 
 
 class TrainingOptions(TypedDict, total=False):
@@ -98,44 +91,31 @@ def train_model(
     Raises:
         SunsetError: torch or onnx is not installed, a value cannot be used, or a folder cannot be written.
     """
-    from sunset_lab import check_extra
-
     check_names(options, TrainingOptions.__annotations__)
     check_progress(progress)
     resume, compiled = options.get("resume", False), options.get("compiled", False)
     check_flags(resume=resume, compiled=compiled)
-    folder, start_from = as_path(out, "model's folder"), options.get("start_from")
-    config = replace(_training_config(model, options), name=options.get("name") or folder.resolve().name)
-    work = as_path(options.get("work", "training"), "work folder")
-    check_extra("Training", "torch", "onnx", "matplotlib")
+    folder, work = as_path(out, "model's folder"), as_path(options.get("work", "training"), "work folder")
+    config = _training_config(model, options.get("name") or folder.resolve().name, options)
+    start = options.get("start_from")
+    _check_extra("Training", "torch", "onnx")
     from sunset_lab.run import train
+    from sunset_lab.stage import Training
 
-    return train(
+    training = Training(
         config,
-        folder,
-        work=work,
-        counts=_frame_counts(options),
-        start=None if start_from is None else load_model(start_from),
+        work,
+        start=None if start is None else load_model(start),
         resume=resume,
         jobs=count_of(options.get("jobs"), "jobs") or processors(),
         device=options.get("device", "cpu"),
         compiled=compiled,
         progress=progress,
     )
+    return train(training, folder, count_of(options.get("frames"), "frames"))
 
 
-def _frame_counts(options: TrainingOptions) -> "FrameCounts":
-    from sunset_lab import FrameCounts
-
-    count = count_of(options.get("frames"), "frames")
-    if options.get("start_from") is not None:  # learned weights know the default flight's setting best
-        return FrameCounts.of(count or 20_000, flight=2, other=3)
-    return FrameCounts() if count is None else FrameCounts.of(count)
-
-
-def _training_config(model: str, options: TrainingOptions) -> "TrainingConfig":
-    from sunset_lab import CONFIGS, MODALITIES
-
+def _training_config(model: str, name: str, options: TrainingOptions) -> TrainingConfig:
     modality = options.get("modality", "all")
     for value, values in ((model, tuple(CONFIGS)), (modality, ("all", *MODALITIES))):
         if value not in values:
@@ -143,13 +123,10 @@ def _training_config(model: str, options: TrainingOptions) -> "TrainingConfig":
                 f"There is nothing to train called {shown(value)}: {suggestion(value, values)}choose among "
                 f"{', '.join(values)}."
             )
-    steps, batch = count_of(options.get("steps"), "steps"), count_of(options.get("batch"), "batch")
-    config = replace(
-        CONFIGS[model](),
-        modalities=MODALITIES if modality in {"all", "fusion"} else (modality,),
-        seed=whole_of(options.get("seed", 1)),
-    )
+    modalities = MODALITIES if modality in {"all", "fusion"} else (modality,)
+    config = replace(CONFIGS[model], name=name, modalities=modalities, seed=whole_of(options.get("seed", 1)))
     config = config if options.get("start_from") is None else config.started()
+    steps, batch = count_of(options.get("steps"), "steps"), count_of(options.get("batch"), "batch")
     config = config if steps is None else config.with_steps(steps)
     return config if batch is None else config.with_batch(batch)
 
@@ -177,8 +154,6 @@ def import_model(
         SunsetError: torch or onnx is not installed, a checkpoint is not usable, or the folder exists or cannot be
             written.
     """
-    from sunset_lab import check_extra
-
     check_progress(progress)
     folder = as_path(out, "model's folder")
     if folder.exists():
@@ -186,11 +161,10 @@ def import_model(
             f"The folder {folder} exists: name a new one for the model with --out, in Python with out."
         )
     width, height = _sides(size)
-    source = as_path(checkpoints, "folder of the checkpoints")
-    check_extra("Importing checkpoints", "torch", "onnx")
+    source, name = as_path(checkpoints, "folder of the checkpoints"), name or folder.resolve().name
+    _check_extra("Importing checkpoints", "torch", "onnx")
     from sunset_lab.importing import import_checkpoints
 
-    name = name or folder.resolve().name
     return import_checkpoints(source, folder, name=name, height=height, width=width, progress=progress)
 
 
@@ -225,25 +199,21 @@ def calibrate_model(
     Raises:
         SunsetError: the model or the bag is not usable, or the result cannot be written.
     """
-    from sunset_lab import check_extra, frames_of_bag, validation_flight
-
-    check_progress(progress)
     loaded, target = _loaded(model), optional_path(out, "model's folder")
-    check_extra("Calibrating", "onnx")
+    _check_extra("Calibrating", "onnx")
     from sunset_lab import calibrate
 
     calibrate.check_target(loaded, target)
-    device, jobs = find_device(device), count_of(jobs, "jobs")
+    check_progress(progress)
+    options = _look_options(device, jobs)
     if (path := optional_path(bag, "bag")) is None:
-        frames = validation_flight(_size(loaded), jobs=jobs, progress=progress)
+        frames = validation_flight(_size(loaded), jobs=options["jobs"], progress=progress)
         source = "flights over town 7"
     else:
         frames = frames_of_bag(path, _size(loaded))
         source = f"the bag {os.fsencode(path.resolve().name).decode('utf-8', 'replace')}"  # as the card can hold it
     with extended(extensions):
-        return calibrate.calibrate_model(
-            loaded, frames, target, source=source, jobs=jobs, device=device, progress=progress
-        )
+        return calibrate.calibrate_model(loaded, frames, target, source=source, stages=progress, **options)
 
 
 def measure_curves(
@@ -257,7 +227,7 @@ def measure_curves(
     progress: Progress | None = None,
     rendering: Progress | None = None,
     extensions: Extensions = (),
-) -> "Curves":
+) -> curves.Curves:
     """Measure a model by fault and strength, as `sunset models curves` does.
 
     Args:
@@ -274,18 +244,17 @@ def measure_curves(
     Raises:
         SunsetError: the model, the bag, a fault or a strength is not usable.
     """
-    from sunset_lab import curves
-
     check_progress(progress, rendering)
-    loaded, device, jobs = _loaded(model), find_device(device), count_of(jobs, "jobs")
+    loaded, options = _loaded(model), _look_options(device, jobs, progress)
+    device, jobs = options["device"], options["jobs"]
     groups = count_of(every, "groups of frames") or 1
     with extended(extensions):
         plan = replace(DEFAULT_FLIGHT, size=_size(loaded))
         path = optional_path(bag, "bag") or flight_bag(plan, progress=rendering, jobs=jobs)
-        chosen, fitted = _strengths_of(strengths), _fitted(loaded, path, device, jobs)
-        return curves.measure_curves(
-            fitted, path, every=groups, strengths=chosen, jobs=jobs, device=device, progress=progress
-        )
+        chosen, cache = _strengths_of(strengths), inference_file() if device == "cpu" else None
+        with read_bag(path, size=_size(loaded)) as reader:  # the thresholds that hold on it
+            fitted, _ = fit_to_flight(loaded, reader, device=device, cache=cache, jobs=jobs)
+        return curves.measure_curves(fitted, path, every=groups, strengths=chosen, **options)
 
 
 def measure_iou(
@@ -296,7 +265,7 @@ def measure_iou(
     device: str = "cpu",
     progress: Progress | None = None,
     rendering: Progress | None = None,
-) -> "IouTables":
+) -> tables.IouTables:
     """Measure models on held-out towns, as `sunset models iou` does.
 
     Args:
@@ -311,8 +280,6 @@ def measure_iou(
     Raises:
         SunsetError: a model is not usable.
     """
-    from sunset_lab import tables
-
     check_progress(progress, rendering)
     listed = [models] if isinstance(models, str | Path | Model) else models
     if not isinstance(listed, list | tuple):
@@ -320,10 +287,8 @@ def measure_iou(
     return tables.measure_iou(
         list({model.folder: model for model in map(_loaded, listed or list_models())}.values()),
         frames=count_of(frames, "frames"),
-        jobs=count_of(jobs, "jobs"),
-        device=device,
-        progress=progress,
         rendering=rendering,
+        **_look_options(device, jobs, progress),
     )
 
 
@@ -335,19 +300,26 @@ def _size(model: Model) -> tuple[int, int]:
     return model.card.height, model.card.width
 
 
-def _fitted(model: Model, bag: Path, device: str, jobs: int | None) -> Model:
-    """Return a model with the thresholds that hold on a bag."""
-    cache = inference_file() if device == "cpu" else None
-    with read_bag(bag, size=_size(model)) as reader:
-        return fit_to_flight(model, reader, device=device, cache=cache, jobs=jobs)[0]
+def _look_options(device: str, jobs: int | None, progress: Progress | None = None) -> LookOptions:
+    return {"device": find_device(device), "jobs": count_of(jobs, "jobs"), "progress": progress}
 
 
-def _strengths_of(strengths: Mapping[str, float] | None) -> dict[str, float] | None:
+def _strengths_of(strengths: Mapping[str, float] | None) -> dict[str, float]:
     if strengths is None:
-        return None
-    numbers = isinstance(strengths, Mapping) and {name: number_of(value) for name, value in strengths.items()}
-    if not isinstance(numbers, dict) or not all(type(number) is float for number in numbers.values()):
-        raise InvalidInputError(
-            f"The strengths must be numbers by fault, such as {{'image_shift': 8}}, got {shown(strengths)}."
+        return {}
+    if isinstance(strengths, Mapping):
+        numbers = {name: number_of(value) for name, value in strengths.items()}
+        if all(type(number) is float for number in numbers.values()):
+            return numbers
+    raise InvalidInputError(
+        f"The strengths must be numbers by fault, such as {{'image_shift': 8}}, got {shown(strengths)}."
+    )
+
+
+def _check_extra(purpose: str, *packages: str) -> None:
+    """Check that packages of the extra `train` are installed."""
+    missing = [name for name in packages if find_spec(name) is None]
+    if missing:
+        raise MissingExtraError(
+            f"{purpose} needs {' and '.join(missing)}, not installed: pip install 'sunset-exemplar[train]'."
         )
-    return numbers

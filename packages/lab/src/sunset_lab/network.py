@@ -2,10 +2,13 @@
 
 import hashlib
 import math
+import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, reduce
-from typing import TypeAlias
+from pathlib import Path
+from typing import Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +18,12 @@ from torch.nn import functional
 
 from sunset.classes import CLASSES
 from sunset_lab.architecture import (
+    CONTRASTS,
+    DEPTH_LIMIT_M,
+    FAR_PLANE_M,
+    REFERENCE_DEPTH_M,
+    RGB_MEAN,
+    RGB_STD,
     Concat,
     Conv,
     Layer,
@@ -24,18 +33,14 @@ from sunset_lab.architecture import (
     Shuffle,
     Spread,
     convolutions,
-)
-from sunset_lab.inputs import (
-    CONTRASTS,
-    DEPTH_LIMIT_M,
-    FAR_PLANE_M,
-    REFERENCE_DEPTH_M,
-    RGB_MEAN,
-    RGB_STD,
     upsampling,
 )
+from sunset_lab.frames import FrameSet
 
 _Array: TypeAlias = npt.NDArray[np.float32]
+
+_OUTLIERS: Final = 1e-4
+"""The share of a frame's sampled values that may lie outside the range of 8 bits on either side."""
 
 
 def build(layers: Sequence[Layer]) -> nn.Module:
@@ -265,9 +270,49 @@ def start_from_the_sum(modules: nn.Module) -> None:
             layer.bias.fill_(bias)
 
 
+def ranges(layers: Sequence[Layer], modules: nn.Module, frames: FrameSet) -> dict[str, tuple[float, float]]:
+    """Return the ranges of the results that are stored in 8 bits, sampled on at most 32 frames.
+
+    A branch's input and first convolution, its logits and the late fusion stay in float. `layers` is the plan of all
+    branches, and `modules` are in evaluation mode.
+    """
+    names = sorted(_rounded(layers))
+    few, limits = frames.spread_out(32), []
+    for index in range(len(few)):
+        results = frame_inputs(few.bgr[index : index + 1], few.depth[index : index + 1])
+        with torch.no_grad():
+            forward(layers, modules, results)
+        values = (results[name].numpy().ravel() for name in names)
+        limits.append([np.quantile(v[:: 1 + v.size // 50_000], (_OUTLIERS, 1 - _OUTLIERS)) for v in values])
+    lowest, highest = np.min(limits, axis=0)[:, 0], np.max(limits, axis=0)[:, 1]
+    return {name: (float(low), float(high)) for name, low, high in zip(names, lowest, highest, strict=True)}
+
+
+def _rounded(layers: Sequence[Layer]) -> set[str]:
+    """Return the names of the results that are stored in 8 bits."""
+    names = set()
+    for layer in layers:
+        if isinstance(layer, Conv) and layer.norm:
+            names |= {layer.name, f"{layer.name}.conv"} if layer.add else {layer.name}
+        elif isinstance(layer, MaxPool | Pool | Spread | Concat):
+            names.add(layer.name)
+    return names
+
+
 def digest_of_weights(weights: Mapping[str, Tensor]) -> str:
     """Return a short checksum of tensors."""
     digest = hashlib.sha256()
     for name, value in weights.items():
         digest.update(name.encode() + value.contiguous().numpy().tobytes())
     return digest.hexdigest()[:12]
+
+
+def check_archive(path: Path, damaged: Exception) -> None:
+    """Raise `damaged` unless a zip archive's entries match their checksums, which torch does not check."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            entry = archive.testzip()
+    except (EOFError, RuntimeError, ValueError, zipfile.BadZipFile, zlib.error) as error:
+        raise damaged from error
+    if entry is not None:
+        raise damaged

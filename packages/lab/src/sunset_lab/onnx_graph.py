@@ -7,13 +7,12 @@ from typing import Any, Final
 
 import numpy as np
 from onnx import TensorProto
+from onnx.helper import make_tensor_value_info
 
 from sunset.classes import CLASSES
 from sunset.files.inputs import file_digest
 from sunset.perception import Modality, ModelCard, NetworkCard
-from sunset_lab.architecture import Layer, convolutions
-from sunset_lab.calibrate import version_of
-from sunset_lab.inputs import (
+from sunset_lab.architecture import (
     CONTRASTS,
     DEPTH_LIMIT_M,
     FAR_PLANE_M,
@@ -22,9 +21,11 @@ from sunset_lab.inputs import (
     RGB_MEAN,
     RGB_STD,
     WIDTH,
+    Layer,
+    convolutions,
 )
-from sunset_lab.onnx_layers import Layers, Ranges, Weights
-from sunset_lab.onnx_writer import Graph, Store, tensor_info
+from sunset_lab.calibrate import TEMPERATURE, version_of
+from sunset_lab.onnx_layers import Graph, Ranges, Store, Weights
 
 _COUNTS: Final = 65535
 
@@ -46,11 +47,10 @@ class Format:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """A network of a model: its plan, which ends with the logits, the plan's `folded_weights`, and its temperature."""
+    """A network of a model: its plan, which ends with the logits, and the plan's `folded_weights`."""
 
     layers: tuple[Layer, ...]
     weights: Weights
-    temperature: float = 1.0
 
     @property
     def parameters(self) -> int:
@@ -70,21 +70,15 @@ def export(folder: Path, networks: Mapping[Modality, Network], form: Format, car
     `card` has the fields of `ModelCard` that do not follow from the networks; thresholds are not set.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    store = Store(folder)
-    # branches first: their files hold the weights that the fusion shares
-    graphs = {
-        modality: _graph(modality, networks[modality], form, store)
-        for modality in sorted(networks, reverse=True)
-    }
+    store, graphs, cards = Store(folder), {}, {}
+    for modality in sorted(networks, reverse=True):  # branches first: their files hold what the fusion shares
+        graphs[modality] = _graph(modality, networks[modality], form, store)
     store.write()
-    cards = {}
     for modality, graph in sorted(graphs.items()):
-        path, network = folder / f"{modality.key}.onnx", networks[modality]
+        path = folder / f"{modality.key}.onnx"
         graph.write(path)
         data = {name: file_digest(folder / name) for name in sorted(graph.data)}
-        cards[modality] = NetworkCard(
-            path.name, file_digest(path), network.parameters, network.temperature, data
-        )
+        cards[modality] = NetworkCard(path.name, file_digest(path), networks[modality].parameters, 1.0, data)
     ModelCard(
         version=version_of(cards),
         height=form.size[0],
@@ -99,24 +93,23 @@ def export(folder: Path, networks: Mapping[Modality, Network], form: Format, car
 
 
 def _graph(modality: Modality, network: Network, form: Format, store: Store) -> Graph:
-    graph, sizes = Graph(modality.key, store), {}
+    graph = Graph(modality.key, store, network.weights, form.ranges or {})
     if modality.needs_rgb:
-        sizes["rgb.input"] = form.size
-        graph.inputs.append(tensor_info("bgr", TensorProto.UINT8, [*form.size, 3]))
+        graph.sizes["rgb.input"] = form.size
+        graph.inputs.append(make_tensor_value_info("bgr", TensorProto.UINT8, [*form.size, 3]))
         _rgb_input(graph)
     if modality.needs_depth:
-        sizes["depth.input"] = form.size
-        graph.inputs.append(tensor_info("depth", TensorProto.UINT16, form.size))
-        (_published_depth_input if form.published_depth else _depth_input)(graph, form.size)
-    layers = Layers(graph, network.weights, sizes, form.ranges or {})
+        graph.sizes["depth.input"] = form.size
+        graph.inputs.append(make_tensor_value_info("depth", TensorProto.UINT16, form.size))
+        _depth_input(graph, form.size, published=form.published_depth)
     for layer in network.layers:
-        layers.write(layer)
+        graph.layer(layer)
     logits = network.layers[-1].name
-    _outputs(graph, logits, layers.sizes[logits], form.size, network.temperature)
+    _outputs(graph, logits, form.size)
     graph.outputs += [
-        tensor_info("logits", TensorProto.FLOAT, [1, len(CLASSES), *layers.sizes[logits]]),
-        tensor_info("labels", TensorProto.UINT8, form.size),
-        tensor_info("entropy", TensorProto.FLOAT, []),
+        make_tensor_value_info("logits", TensorProto.FLOAT, [1, len(CLASSES), *graph.sizes[logits]]),
+        make_tensor_value_info("labels", TensorProto.UINT8, form.size),
+        make_tensor_value_info("entropy", TensorProto.FLOAT, []),
     ]
     return graph
 
@@ -133,16 +126,19 @@ def _rgb_input(graph: Graph) -> None:
     graph.node("Add", ["rgb.scaled", graph.constant("rgb.shift", shift)], "rgb.input")
 
 
-def _depth_plane(graph: Graph, size: tuple[int, int]) -> None:
+def _depth_input(graph: Graph, size: tuple[int, int], *, published: bool) -> None:
+    """Add `depth.input` (1, 3, H, W) from `depth` (H, W) uint16.
+
+    It is the logarithm and local contrasts, or, as the published networks take it, from 0 to 1 in all three channels.
+    """
+    height, width = size
     shape = graph.constant("depth.shape", [1, 1, *size], np.int64)
     graph.node("Cast", ["depth"], "depth.counts", to=TensorProto.FLOAT)
     graph.node("Reshape", ["depth.counts", shape], "depth.plane")
-
-
-def _depth_input(graph: Graph, size: tuple[int, int]) -> None:
-    """Add `depth.input` (1, 3, H, W), logarithm and local contrasts, from `depth` (H, W) uint16."""
-    height, width = size
-    _depth_plane(graph, size)
+    if published:
+        graph.node("Mul", ["depth.plane", graph.constant("depth.unit", 1 / _COUNTS)], "depth.share")
+        graph.node("Concat", ["depth.share"] * 3, "depth.input", axis=1)
+        return
     graph.node("Mul", ["depth.plane", graph.constant("depth.unit", FAR_PLANE_M / _COUNTS)], "depth.metres")
     graph.node("Max", ["depth.metres", graph.constant("depth.nearest", 1)], "depth.positive")
     reference = graph.constant("depth.reference", 1 / REFERENCE_DEPTH_M)
@@ -161,17 +157,8 @@ def _depth_input(graph: Graph, size: tuple[int, int]) -> None:
     graph.node("Concat", channels, "depth.input", axis=1)
 
 
-def _published_depth_input(graph: Graph, size: tuple[int, int]) -> None:
-    """Add `depth.input` (1, 3, H, W) as the published networks take it: from 0 to 1, in all three channels."""
-    _depth_plane(graph, size)
-    graph.node("Mul", ["depth.plane", graph.constant("depth.unit", 1 / _COUNTS)], "depth.share")
-    graph.node("Concat", ["depth.share"] * 3, "depth.input", axis=1)
-
-
-def _outputs(
-    graph: Graph, logits: str, small: tuple[int, int], size: tuple[int, int], temperature: float
-) -> None:
-    """Add the outputs `logits`, `labels` and `entropy`, from logits of the size `small`, for frames of the size `size`.
+def _outputs(graph: Graph, logits: str, size: tuple[int, int]) -> None:
+    """Add the outputs `logits`, `labels` and `entropy` for frames of the size `size`.
 
     Softmax ignores a constant added to all classes of a pixel, and interpolation is linear; therefore the greatest
     logit of each coarse pixel is subtracted before the interpolation, so that the exponentials cannot overflow. Logits
@@ -179,7 +166,7 @@ def _outputs(
     entropy of the depth network of `lite` by 0.0002 on average, and by 0.0004 at most. Sums over classes are products
     with a row of ones, which is five times faster than a reduction along that axis.
     """
-    height, width = size
+    small, (height, width) = graph.sizes[logits], size
     graph.node("Identity", [logits], "logits")
     greatest, labels = _greatest(graph, logits, "coarse")
     graph.node("Sub", [logits, greatest], "below")
@@ -191,7 +178,7 @@ def _outputs(
     flat = graph.constant("scores.shape", [len(CLASSES), height * width], np.int64)
     ones = graph.constant("ones", np.ones((1, len(CLASSES))))
     graph.node("Reshape", ["scores", flat], "scores.flat")
-    graph.node("Div", ["scores.flat", graph.constant("temperature", temperature)], "x")
+    graph.node("Div", ["scores.flat", graph.constant(TEMPERATURE, 1)], "x")
     graph.node("Exp", ["x"], "exp")
     graph.node("MatMul", [ones, "exp"], "sum")
     graph.node("Mul", ["exp", "x"], "weighted")

@@ -2,129 +2,170 @@
 
 import json
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, fields, replace
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final, TypedDict, Unpack
+from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 import torch
-from torch import nn
+from torch import Tensor, nn
 
 from sunset.classes import CLASSES
-from sunset.errors import OutputError
-from sunset.perception import Modality, Model, Segmenter, load_model
-from sunset_lab.batches import FrameSet
-from sunset_lab.calibrate import calibrate_model
+from sunset.errors import InvalidInputError, MissingExtraError, OutputError
+from sunset.perception import DEVICES, Modality, Model, load_model
+from sunset_lab.architecture import Layer
+from sunset_lab.augment import DeviceFrames, class_weights
+from sunset_lab.calibrate import calibrate, publish
 from sunset_lab.config import Stage, TrainingConfig
-from sunset_lab.evaluate import Measured, measure
-from sunset_lab.frames import VALIDATION_TOWN, FrameCounts, FrameSets, render_sets
-from sunset_lab.loop import Start, check_work, find_torch_device, learn
-from sunset_lab.network import folded_weights, forward, frame_inputs
+from sunset_lab.frames import (
+    DEFAULT_FRAMES,
+    FURTHER_FRAMES,
+    VALIDATION_TOWN,
+    FrameSet,
+    FrameSets,
+    render_sets,
+    titled,
+)
+from sunset_lab.measuring import LookOptions, Measured, measure
+from sunset_lab.network import build, folded_weights, frame_inputs, ranges, shift_logits, unfold
 from sunset_lab.onnx_graph import Format, Network, export
-from sunset_lab.onnx_layers import Weights
-from sunset_lab.onnx_reader import stored_weights
-from sunset_lab.plots import draw_log
-from sunset_lab.quantise import ranges
-from sunset_lab.stage import LOG, Progress
+from sunset_lab.onnx_layers import stored_weights
+from sunset_lab.stage import CHECKPOINT, LOG, Material, StageRun, Training, Weights
 
 _FINISH: Final = "finish"
 """The folder in which a model is finished when its weights are learned."""
-_KEPT: Final = "kept"
-"""The folder in that folder with the results of measurements."""
 
 _Measure = Callable[[str, Model, FrameSet], Measured]
 
 
-class RunOptions(TypedDict, total=False):
-    """The options of `train`."""
+def train(training: Training, out: Path, frames: int | None = None) -> Model:
+    """Render about so many training frames, learn weights, calibrate, measure, and write a model.
 
-    start: Model | None
-    """A model to train further; None for random weights."""
-    resume: bool
-    """Whether to continue at the last checkpoint in the work folder, which must hold none otherwise."""
-    jobs: int
-    """Processes that render and measure; 1 by default."""
-    device: str
-    """Of the training: "cpu", "cuda", or "auto" for "cuda" where torch offers it."""
-    compiled: bool
-    """Whether torch compiles the networks."""
-    progress: Progress | None
-    """Called now and then; its exceptions end the training in order, so that it can be resumed."""
-
-
-def train(
-    config: TrainingConfig,
-    out: Path,
-    *,
-    work: Path,
-    counts: FrameCounts | None = None,
-    **options: Unpack[RunOptions],
-) -> Model:
-    """Render frames, learn weights, calibrate, measure, and write a model.
-
-    Frames, checkpoints and logs are kept in `work` and used again. `out` receives the networks, `card.json` and
-    `card.md`.
+    Frames, checkpoints and logs are used again. `out` receives the networks, `card.json` and `card.md`.
     """
-    _start(options.get("start"), config)  # mistakes are reported before hours of work
-    find_torch_device(options.get("device", "cpu"))
-    for folder in (out, work):  # without making them
+    if training.start is not None:
+        stored_weights(training.start, training.config)  # mistakes are reported before hours of work
+    find_torch_device(training.device)
+    for folder in (out, training.work):  # without making them
         parent = next(path for path in (folder, *folder.absolute().parents) if path.exists())
         try:
             TemporaryDirectory(dir=parent).cleanup()
         except OSError as error:
             raise OutputError(f"The training cannot write to {folder}: {error.strerror}.") from error
-    check_work(config, work, resume=options.get("resume", False))
-    jobs, progress = options.get("jobs", 1), options.get("progress")
-    sets = render_sets(counts or FrameCounts(), work / "frames", jobs=jobs, progress=progress)
-    return train_on(config, sets, out, work=work, **options)
+    _check_work(training)
+    further, folder = training.start is not None, training.work / "frames"
+    count = frames or (FURTHER_FRAMES if further else DEFAULT_FRAMES)
+    sets = render_sets(count, folder, further=further, jobs=training.jobs, progress=training.progress)
+    return train_on(training, sets, out)
 
 
-def train_on(
-    config: TrainingConfig, sets: FrameSets, out: Path, *, work: Path, **options: Unpack[RunOptions]
-) -> Model:
+def train_on(training: Training, sets: FrameSets, out: Path) -> Model:
     """Train on given frames; see `train`."""
-    start = _start(options.get("start"), config)
     try:
-        modules = learn(
-            config,
-            sets.train,
-            sets.validation,
-            work,
-            start=start,
-            resume=options.get("resume", False),
-            device=options.get("device", "cpu"),
-            compiled=options.get("compiled", False),
-            progress=options.get("progress"),
-        )
-        for log in _logs(config, work).values():
-            draw_log(log, log.with_suffix(".png"))
-        draft = _finished(config, modules, sets, work, start=start, options=options)
-        out.mkdir(parents=True, exist_ok=True)
-        for path in sorted(draft.iterdir(), reverse=True):  # the card last
-            shutil.copyfile(path, out / f"{path.name}.tmp")
-            (out / f"{path.name}.tmp").replace(out / path.name)
-        shutil.rmtree(work / _FINISH)
+        publish(_finished(training, learn(training, sets.train, sets.validation), sets), out)
+        shutil.rmtree(training.work / _FINISH)
     except OSError as error:
         raise OutputError(
-            f"The training cannot write to {out} or {work}: {error.strerror or error}."
+            f"The training cannot write to {out} or {training.work}: {error.strerror or error}."
         ) from error
     return load_model(out)
 
 
-def _start(model: Model | None, config: TrainingConfig) -> Start | None:
+def learn(training: Training, frames: FrameSet, validation: FrameSet) -> nn.Module:
+    """Learn the weights of all networks of a model, and return them in a torch module on the CPU.
 
-    if model is None:
-        return None
-    card = model.card
-    return Start(f"{card.name}, version {card.version}", stored_weights(model, config), card.training)
+    `validation` are the frames of the log's IoU. Finished stages are not repeated.
+    """
+    _check_work(training)
+    config, device = training.config, find_torch_device(training.device)
+    labels = np.asarray(frames.labels[:: max(1, len(frames) // 500)])
+    log_weights = np.log(class_weights(labels, config.schedule.class_weight_range))
+    material = Material(
+        frames=DeviceFrames(frames, device),
+        digest=frames.digest(),
+        labels=labels,
+        validation=DeviceFrames(validation.spread_out(48), device),
+        begun=_begun(config, training.start, frames.spread_out(12), log_weights) if training.start else {},
+        device=device,
+    )
+    weights: dict[str, Tensor] = {}
+    for stage in config.stages():
+        weights |= StageRun(training, material, stage, weights).fit()
+    modules = build(config.plan(config.modalities))
+    modules.load_state_dict(weights)
+    shift_logits(_networks(config), modules, np.float32(-config.logit_adjustment) * log_weights)
+    return modules.eval()
 
 
-def _logs(config: TrainingConfig, work: Path) -> dict[str, Path]:
-    """Return the logs of a training's stages."""
-    return {stage.name: work / stage.name / LOG for stage in config.stages()}
+def _check_work(training: Training) -> None:
+    """Refuse to begin a training in a folder with a checkpoint, unless it is resumed."""
+    folders = [training.work / stage.name for stage in training.config.stages()]
+    if not training.resume and any((folder / CHECKPOINT).exists() for folder in folders):
+        raise InvalidInputError(
+            f"The work folder {training.work} holds a training already: go on with it (--resume), or name another "
+            "folder."
+        )
+
+
+def find_torch_device(wanted: str) -> torch.device:
+    """Return torch's device for "cpu", "cuda" or "auto"."""
+    if wanted not in DEVICES:
+        raise InvalidInputError(f"The device must be one of {', '.join(DEVICES)}, got {wanted!r}.")
+    offered = torch.cuda.is_available()
+    if wanted == "cuda" and not offered:
+        raise MissingExtraError(
+            f"Training with CUDA needs a graphics card and a torch that is made for it, and torch {torch.__version__} "
+            "finds none: install another torch, or choose the device cpu."
+        )
+    return torch.device("cuda" if wanted != "cpu" and offered else "cpu")
+
+
+def _networks(config: TrainingConfig) -> dict[str, tuple[Layer, ...]]:
+    """Return the plan of each network; for the fusion, of its merging layers only."""
+    return {name: config.plan((name,)) for name in config.modalities}
+
+
+def _begun(
+    config: TrainingConfig, start: Model, few: FrameSet, log_weights: npt.NDArray[np.float32]
+) -> Weights:
+    """Return the weights that a training begins with; normalisation is estimated on a few frames.
+
+    The logit adjustment of the training before is undone.
+    """
+    stored = stored_weights(start, config)
+    modules = build(config.plan(config.modalities)).eval()
+    logits: dict[str, Tensor] = {}
+    for name, layers in _networks(config).items():
+        results = frame_inputs(few.bgr, few.depth) | logits
+        unfold(layers, modules, stored, results)
+        logits[f"{name}.logits"] = results[f"{name}.logits"]
+    share = start.card.training.get("logit_adjustment")
+    adjustment = float(share) if isinstance(share, int | float) else 0.0
+    shift_logits(_networks(config), modules, np.float32(adjustment) * log_weights)
+    weights: Weights = modules.state_dict()
+    return weights
+
+
+def _finished(training: Training, modules: nn.Module, sets: FrameSets) -> Path:
+    """Return the folder of the exported, calibrated and measured model."""
+    home, progress = training.work / _FINISH, training.progress
+    draft = home / "draft"
+    options: LookOptions = {"jobs": training.jobs, "kept": home / "kept"}
+
+    def measured(title: str, model: Model, frames: FrameSet) -> Measured:
+        noted: LookOptions = {**options, "progress": titled(progress, title)}
+        return measure(model, frames, **noted)
+
+    results = _export(training.config, modules, sets, draft, measured)
+    source = f"two flights over town {VALIDATION_TOWN}"
+    model = calibrate(load_model(draft), sets.validation_flight, source, progress, **options)
+    results |= _held_out_results(model, sets, measured)
+    facts = _facts(training, sets)
+    replace(model.card, training=facts, results={**results, **model.card.results}).write(draft)
+    return draft
 
 
 def _empty_folder(folder: Path) -> Path:
@@ -133,97 +174,39 @@ def _empty_folder(folder: Path) -> Path:
     return folder
 
 
-def _finished(
-    config: TrainingConfig,
-    modules: nn.Module,
-    sets: FrameSets,
-    work: Path,
-    *,
-    start: Start | None,
-    options: RunOptions,
-) -> Path:
-    """Return the folder of the exported, calibrated and measured model."""
-    jobs, progress = options.get("jobs", 1), options.get("progress")
-    draft, kept = _empty_folder(work / _FINISH / "draft"), work / _FINISH / _KEPT
-
-    def measured(title: str, model: Model, frames: FrameSet) -> Measured:
-        note = partial(progress, title) if progress else None
-        return measure(model, frames, jobs=jobs, progress=note, kept=kept)
-
-    results = _export(config, modules, sets, draft, measured)
-    model = calibrate_model(
-        load_model(draft),
-        sets.validation_flight,
-        source=f"two flights over town {VALIDATION_TOWN}",
-        jobs=jobs,
-        progress=progress,
-        kept=kept,
-    )
-    results |= _held_out_results(model, sets, measured)
-    facts = _facts(config, sets, work, options.get("device", "cpu"), start)
-    replace(model.card, training=facts, results={**results, **model.card.results}).write(draft)
-    return draft
-
-
 def _export(
     config: TrainingConfig, modules: nn.Module, sets: FrameSets, draft: Path, measured: _Measure
 ) -> dict[str, object]:
     """Write the networks in 8 bits, and a card without temperatures and thresholds.
 
     Returns:
-        The IoU in 8 bits and in float32, and the errors of the networks in float32, which are written temporarily.
+        The IoU in 8 bits and in float32, in which the networks are written before.
     """
     weights = folded_weights(config.plan(config.modalities), modules)
-    limits = ranges(config.plan(config.branches), modules, sets.train, draft.parent / _KEPT)
-    _write(config, weights, Format(ranges=limits), draft)
-    exact = _empty_folder(draft.parent / "exact")
-    _write(config, weights, Format(), exact)
-    models = {"float32": load_model(exact), "int8": load_model(draft)}
-    iou = {
-        name: _iou_per_image(model, measured(f"Measuring {name}", model, sets.validation))
-        for name, model in models.items()
+    limits = ranges(config.plan(config.branches), modules, sets.train)
+    networks = {
+        modality: Network(config.layers(modality.key), weights)
+        for modality in Modality
+        if modality.key in config.modalities
     }
-    errors = _errors(config, modules, Segmenter(models["float32"]), sets.validation)
-    return {
-        "iou_by_precision_on_the_validation_town": {
-            key: {name: values[key] for name, values in iou.items()} for key in iou["int8"]
-        },
-        "largest_difference_of_logits_from_torch": errors,
-    }
-
-
-def _iou_per_image(model: Model, measured: Measured) -> dict[str, float]:
-    keys = [modality.key for modality in sorted(model.card.networks)]
-    return {key: round(float(iou), 4) for key, iou in zip(keys, measured.per_image(), strict=True)}
-
-
-def _errors(
-    config: TrainingConfig, modules: nn.Module, segmenter: Segmenter, frames: FrameSet
-) -> dict[str, float]:
-    """Return, by network, the largest difference of logits from torch's on four frames."""
-    errors: dict[str, float] = {}
-    for index in range(min(4, len(frames))):
-        bgr, depth = np.array(frames.bgr[index]), np.array(frames.depth[index])
-        results = frame_inputs(bgr[None], depth[None])
-        with torch.no_grad():
-            forward(config.plan(config.modalities), modules, results)
-        for modality in segmenter.model.card.networks:
-            expected = results[f"{modality.key}.logits"][0].numpy()
-            error = float(np.abs(segmenter.logits(modality, bgr, depth) - expected).max())
-            errors[modality.key] = max(error, errors.get(modality.key, 0.0))
-    return errors
-
-
-def _write(config: TrainingConfig, weights: Weights, form: Format, out: Path) -> None:
-    """Write networks and a card."""
-    modalities = [modality for modality in Modality if modality.key in config.modalities]
-    networks = {modality: Network(config.layers(modality.key), weights) for modality in modalities}
     card = {
         "name": config.name,
         "description": config.shape.description + _DESCRIPTION,
         "architecture": config.shape.name,
     }
-    export(out, networks, form, card)
+    ious: dict[str, dict[str, float]] = {modality.key: {} for modality in networks}
+    for precision, form in (("float32", Format()), ("int8", Format(ranges=limits))):
+        export(_empty_folder(draft), networks, form, card)
+        model = load_model(draft)
+        found = _iou_per_image(model, measured(f"Measuring {precision}", model, sets.validation))
+        for key, iou in found.items():
+            ious[key][precision] = iou
+    return {"iou_by_precision_on_the_validation_town": ious}
+
+
+def _iou_per_image(model: Model, measured: Measured) -> dict[str, float]:
+    keys = [modality.key for modality in sorted(model.card.networks)]
+    return {key: round(float(iou), 4) for key, iou in zip(keys, measured.per_image(), strict=True)}
 
 
 _DESCRIPTION = (
@@ -250,12 +233,9 @@ def _held_out_results(model: Model, sets: FrameSets, measured: _Measure) -> dict
     }
 
 
-def _facts(
-    config: TrainingConfig, sets: FrameSets, work: Path, device: str, start: Start | None
-) -> dict[str, object]:
+def _facts(training: Training, sets: FrameSets) -> dict[str, object]:
     """Return the card's `training`, from the logs of the stages."""
-    logs = _logs(config, work)
-    origin = None if start is None else start.origin
+    config, start = training.config, training.start
     return {
         "data": (
             "rendered towns 2 to 6; town 7 for temperatures and thresholds, town 8 for the test; the default "
@@ -264,9 +244,9 @@ def _facts(
         ),
         "frames": {field.name: {"frames": len(getattr(sets, field.name))} for field in fields(sets)},
         "seed": config.seed,
-        "device": find_torch_device(device).type,
+        "device": find_torch_device(training.device).type,
         "network": asdict(config.shape),
-        "stages": {stage.name: _stage_facts(stage, logs[stage.name], origin) for stage in config.stages()},
+        "stages": {stage.name: _stage_facts(training, stage) for stage in config.stages()},
         "loss": (
             "cross entropy at every second row and column, classes weighted by 1/sqrt(share of pixels) within "
             "class_weight_range; the sum over the networks learned at once, and for the fusion the same on "
@@ -277,14 +257,15 @@ def _facts(
             "one run with one seed; no search over architectures, no frames of other renderers or "
             "cameras; classes of a few pixels (riders, motorcycles, bicycles) are hardly learned"
         ),
-        **({"before": dict(start.training)} if start is not None else {}),
+        **({"before": dict(start.card.training)} if start is not None else {}),
     }
 
 
-def _stage_facts(stage: Stage, log: Path, origin: str | None) -> Mapping[str, object]:
-    lines: list[dict[str, Any]] = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+def _stage_facts(training: Training, stage: Stage) -> dict[str, object]:
+    text = (training.work / stage.name / LOG).read_text(encoding="utf-8")
+    lines = [json.loads(line) for line in text.splitlines()]
     tenth = max(1, len(lines) // 10)
-    begun = origin or stage.begun_with or "random weights"
+    begun = training.origin or stage.begun_with or "random weights"
     return {
         "learned": list(stage.learned),
         "started_from": f"{' and '.join(stage.frozen)}, frozen" if stage.frozen else begun,

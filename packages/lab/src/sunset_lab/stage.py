@@ -2,12 +2,10 @@
 
 import json
 import math
-import struct
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from pickle import UnpicklingError
 from typing import Final
 
 import numpy as np
@@ -19,13 +17,13 @@ from torch.nn import functional
 from sunset.classes import IGNORED
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.metrics import count_classes, image_iou
-from sunset_lab.archives import check_archive
-from sunset_lab.augment import Batch, DeviceFrames, cells_of, movement
-from sunset_lab.batches import draw
-from sunset_lab.config import Stage, TrainingConfig, describe_difference, describe_options
-from sunset_lab.inputs import HEIGHT, WIDTH
+from sunset.perception import Model
+from sunset_lab.architecture import HEIGHT, WIDTH
+from sunset_lab.augment import Batch, DeviceFrames, cells_of, class_weights, draw, movement
+from sunset_lab.config import Stage, TrainingConfig
 from sunset_lab.network import (
     build,
+    check_archive,
     depth_input,
     digest_of_weights,
     forward,
@@ -36,25 +34,13 @@ from sunset_lab.network import (
 from sunset_ros.interruption import held_signals
 from sunset_ros.seeding import drawn_seed
 
-CHECKPOINT: Final = "checkpoint.pt"
 LOG: Final = "log.jsonl"
+CHECKPOINT: Final = "checkpoint.pt"
 CHECKPOINT_EVERY_S: Final = 120.0
 """Seconds between checkpoints, which are large: 1 GB for both branches of `reference`."""
 
 Weights = Mapping[str, Tensor]
 """Tensors by name: a torch state dict."""
-
-_UNREADABLE: Final = (
-    EOFError,
-    KeyError,
-    OSError,
-    RuntimeError,
-    TypeError,
-    ValueError,
-    UnpicklingError,
-    struct.error,
-)
-"""The exceptions of reading a damaged checkpoint."""
 
 Progress = Callable[..., None]
 """Called with a title, the work done, the work in all, and a remark; its exceptions end the training in order."""
@@ -62,39 +48,64 @@ Progress = Callable[..., None]
 
 @dataclass(frozen=True, slots=True)
 class Training:
-    """The parts of a training that its stages share; frames and `device` are torch's.
+    """A training and how it is run.
 
     Attributes:
-        digest: the checksum of the frames.
-        validation: the frames of the log's IoU.
-        class_weights: (28,) by stage.
-        begun: the weights that the training starts from; empty for random weights.
-        origin: the name and version of their model.
+        work: the folder of frames, checkpoints and logs.
+        start: a model to train further; None for random weights.
+        resume: whether to continue at the last checkpoint in the work folder, which must hold none otherwise.
+        jobs: processes that render and measure.
+        device: where networks learn: "cpu", "cuda", or "auto" for "cuda" where torch offers it.
+        compiled: whether torch compiles the networks.
+        progress: called now and then; its exceptions end the training in order, so that it can be resumed.
     """
 
     config: TrainingConfig
+    work: Path
+    start: Model | None = None
+    resume: bool = False
+    jobs: int = 1
+    device: str = "cpu"
+    compiled: bool = False
+    progress: Progress | None = None
+
+    @property
+    def origin(self) -> str:
+        """The name and version of the model that it starts from; empty for random weights."""
+        return "" if self.start is None else f"{self.start.card.name}, version {self.start.card.version}"
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """The frames and weights that the stages of a training share, on torch's `device`.
+
+    Attributes:
+        digest: the checksum of the frames.
+        labels: of some frames, for the weights of classes.
+        validation: the frames of the log's IoU.
+        begun: the weights that the training starts from; empty for random weights.
+    """
+
     frames: DeviceFrames
     digest: str
+    labels: npt.NDArray[np.uint8]
     validation: DeviceFrames
-    class_weights: Mapping[str, npt.NDArray[np.float32]]
     begun: Weights
-    origin: str
     device: torch.device
-    compiled: bool
 
 
 class StageRun:
     """A stage, whose progress a folder keeps; `known` are the weights of earlier stages."""
 
-    def __init__(self, training: Training, stage: Stage, folder: Path, known: Weights) -> None:
+    def __init__(self, training: Training, material: Material, stage: Stage, known: Weights) -> None:
         config = training.config
         torch.manual_seed(config.seed)
-        self._training, self._config, self._stage, self._folder = training, config, stage, folder
-        self._device = training.device
+        self._training, self._config, self._material, self._stage = training, config, material, stage
+        self._folder, self._device = training.work / stage.name, material.device
         self._modules = build(config.plan(stage.learned))
         own = self._modules.state_dict()
-        if training.begun:
-            self._modules.load_state_dict({name: training.begun[name] for name in own})
+        if material.begun:
+            self._modules.load_state_dict({name: material.begun[name] for name in own})
         elif stage.begun_with is not None:
             names = zip(own, build(config.plan((stage.begun_with,))).state_dict(), strict=True)
             self._modules.load_state_dict({name: known[other] for name, other in names})
@@ -107,25 +118,23 @@ class StageRun:
             _parameters(self._modules, stage.schedule.weight_decay), fused=True
         )
         self._learned_forward = torch.compile(forward) if training.compiled else forward
-        self._weights = torch.from_numpy(training.class_weights[stage.name]).to(self._device)
-        self._description = f"{stage!r}, {config.shape!r}, seed {config.seed}, frames {training.digest}"
-        if known:
-            self._description += f", on weights {digest_of_weights(known)}"
-        if training.origin:
-            self._description += f", from {training.origin}"
-        self._options = describe_options(config, stage, frames=training.digest, origin=training.origin)
-        self._step, self._seconds, self._since = 0, 0.0, 0.0
+        weights = class_weights(material.labels, stage.schedule.class_weight_range)
+        self._weights = torch.from_numpy(weights).to(self._device)
+        misaligned = "fusion" in stage.learned and stage.schedule.misaligned_weight > 0
+        self._names = (*stage.learned, "misaligned") if misaligned else stage.learned  # of the losses
+        self._identity = _identity(training, material, stage, known)
+        self._step, self._since = 0, time.perf_counter()  # when it would have begun without an interruption
         self._losses: list[Tensor] = []  # of each step since the last line of the log
         self._kept: dict[int, dict[str, Tensor]] = {}
 
-    def fit(self, *, resume: bool, progress: Progress | None) -> Weights:
+    def fit(self) -> Weights:
         """Take all remaining steps, and return the weights; write checkpoints regularly, and on an interruption."""
         self._folder.mkdir(parents=True, exist_ok=True)
-        if resume and (self._folder / CHECKPOINT).exists():
+        if self._training.resume and (self._folder / CHECKPOINT).exists():
             self._load()
         _truncate(self._folder / LOG, self._step)
-        schedule, note = self._stage.schedule, ""
-        self._since = saved = time.perf_counter()
+        schedule, progress, note = self._stage.schedule, self._training.progress, ""
+        saved = time.perf_counter()
         with held_signals("Ending after this step.") as raise_signal:
             while self._step < schedule.steps:
                 self._learn()
@@ -151,7 +160,7 @@ class StageRun:
 
     def _learn(self) -> None:
         """Take one step, without waiting for the device."""
-        schedule, frames = self._stage.schedule, self._training.frames
+        schedule, frames = self._stage.schedule, self._material.frames
         phase = schedule.phase(self._step)
         batch = frames.batch(draw(len(frames), phase.batch, self._config.seed, self._number()))
         self._modules.train()
@@ -172,7 +181,7 @@ class StageRun:
             )
 
         losses = [loss(results[f"{name}.logits"]) for name in self._stage.learned]
-        if "misaligned" in self._losses_learned():
+        if "misaligned" in self._names:
             misaligned = loss(self._misaligned(results), schedule.misaligned_smoothing)
             losses.append(schedule.misaligned_weight * misaligned)
         stacked = torch.stack(losses)
@@ -181,12 +190,6 @@ class StageRun:
         self._optimiser.step()
         self._step += 1
         self._losses.append(stacked.detach())
-
-    def _losses_learned(self) -> tuple[str, ...]:
-        """Return the names of the losses of a step."""
-        learned = self._stage.learned
-        also = "fusion" in learned and self._stage.schedule.misaligned_weight
-        return (*learned, "misaligned") if also else learned
 
     def _frozen_logits(self, batch: Batch) -> dict[str, Tensor]:
         """Return the frozen branches' logits of a batch, and `moved`, the logits of its moved colour pictures.
@@ -246,13 +249,12 @@ class StageRun:
         return results
 
     def _iou(self) -> dict[str, float]:
-        """Return each network's mean IoU on 48 held-out frames, at the stride of the phase."""
+        """Return each network's mean IoU on the held-out frames, at the stride of the phase."""
         self._modules.eval()
-        frames = self._training.validation
+        frames = self._material.validation
         stride = self._stage.schedule.phase(self._step - 1).output_stride
-        known = np.linspace(0, len(frames) - 1, min(48, len(frames))).astype(int)
         ious: dict[str, list[float]] = {name: [] for name in self._stage.learned}
-        for indices in np.array_split(known, math.ceil(len(known) / 8)):
+        for indices in np.array_split(np.arange(len(frames)), math.ceil(len(frames) / 8)):
             batch = frames.plain(indices)
             truth = batch.labels.cpu().numpy()
             with torch.no_grad():
@@ -263,34 +265,27 @@ class StageRun:
                 values.extend(image_iou(count_classes(*pair)) for pair in zip(labels, truth, strict=True))
         return {name: round(float(np.mean(values)), 4) for name, values in ious.items()}
 
-    def _spend(self) -> None:
-        """Count the seconds until now."""
-        now = time.perf_counter()
-        self._seconds, self._since = self._seconds + now - self._since, now
-
     def _recent_losses(self) -> Tensor:
         """Return the losses (steps, losses) since the last line of the log, which must be finite."""
-        names = self._losses_learned()
-        losses = torch.stack(self._losses).cpu() if self._losses else torch.empty(0, len(names))
-        for number, values in enumerate(losses.tolist()):
+        losses = torch.stack(self._losses).cpu() if self._losses else torch.empty(0, len(self._names))
+        for step, values in enumerate(losses.tolist(), self._step - len(losses) + 1):
             if not all(map(math.isfinite, values)):
-                step = self._step - len(losses) + number + 1
                 raise SunsetError(
                     f"The training of {self._stage.name} diverged at step {step}: its losses are "
-                    f"{dict(zip(names, values, strict=True))}; what it had learned at its last checkpoint is kept."
+                    f"{dict(zip(self._names, values, strict=True))}; what it had learned at its last checkpoint is "
+                    "kept."
                 )
         return losses
 
     def _log(self) -> str:
         """Add a line to the log with the mean losses since the line before, and return it in words."""
-        self._spend()
         schedule = self._stage.schedule
         rate = schedule.learning_rate_at(self._step - 1)
         means = self._recent_losses().double().mean(0).tolist()
-        losses = {name: round(mean, 5) for name, mean in zip(self._losses_learned(), means, strict=True)}
+        losses = {name: round(mean, 5) for name, mean in zip(self._names, means, strict=True)}
         self._losses = []
         line: dict[str, object] = {"step": self._step, "learning_rate": round(rate, 8), **losses}
-        line["seconds"] = round(self._seconds, 1)
+        line["seconds"] = round(time.perf_counter() - self._since, 1)
         if self._step % schedule.validate_every < schedule.log_every or self._step == schedule.steps:
             line["iou"] = self._iou()
         with (self._folder / LOG).open("a", encoding="utf-8") as file:
@@ -299,15 +294,13 @@ class StageRun:
 
     def _save(self) -> None:
         """Write a checkpoint; without the optimiser, two thirds of it, when the stage is finished."""
-        self._spend()
         path = self._folder / CHECKPOINT
         temporary = path.with_suffix(".tmp")
         state = {
             "modules": self._modules.state_dict(),
             "step": self._step,
-            "seconds": self._seconds,
-            "config": self._description,
-            "options": self._options,
+            "seconds": time.perf_counter() - self._since,
+            "identity": self._identity,
             "losses": self._recent_losses(),
             "random": torch.get_rng_state(),
         }
@@ -325,23 +318,38 @@ class StageRun:
     def _load(self) -> None:
         path = self._folder / CHECKPOINT
         check_archive(path, DataError(f"The checkpoint {path} is damaged: delete it, and train again."))
-        try:
-            state = torch.load(path, weights_only=True, map_location=self._device)
-            if state["config"] != self._description:
-                raise InvalidInputError(
-                    f"The checkpoint {path} is of another training: they differ in "
-                    f"{describe_difference(state.get('options', {}), self._options)}; choose another folder."
-                )
-            self._modules.load_state_dict(state["modules"])
-            self._step, self._seconds = int(state["step"]), float(state["seconds"])
-            if self._step < self._stage.schedule.steps:
-                self._optimiser.load_state_dict(state["optimiser"])
-            self._losses = list(state["losses"])
-            torch.set_rng_state(state["random"].cpu())
-        except _UNREADABLE as error:
-            raise DataError(
-                f"The checkpoint {path} cannot be used ({type(error).__name__}: {error})."
-            ) from error
+        state = torch.load(path, weights_only=True, map_location=self._device)
+        if (begun := state["identity"]) != self._identity:
+            differing = [
+                f"{option} (begun with {begun[option]}, asked for {value})"
+                for option, value in self._identity.items()
+                if option.startswith("--") and begun[option] != value
+            ]
+            raise InvalidInputError(
+                f"The checkpoint {path} is of another training: they differ in "
+                f"{' and '.join(differing) or 'the version of SUNSET'}; choose another folder."
+            )
+        self._modules.load_state_dict(state["modules"])
+        self._step, self._since = state["step"], time.perf_counter() - state["seconds"]
+        if self._step < self._stage.schedule.steps:
+            self._optimiser.load_state_dict(state["optimiser"])
+        self._losses = list(state["losses"])
+        torch.set_rng_state(state["random"].cpu())
+
+
+def _identity(training: Training, material: Material, stage: Stage, known: Weights) -> dict[str, str]:
+    """Return everything that a stage's weights depend on, as far as possible by the options of `sunset train`."""
+    config = training.config
+    return {
+        "--model": type(config.shape).__name__,
+        "--modality": ", ".join(stage.learned),
+        "--steps": str(stage.schedule.steps),
+        "--batch": ", ".join(dict.fromkeys(str(phase.batch) for phase in stage.schedule.phases)),
+        "--seed": str(config.seed),
+        "--frames": f"checksum {material.digest[:8]}",
+        "--start-from": training.origin or "random weights",
+        "others": repr((stage, config.shape, digest_of_weights(known))),
+    }
 
 
 def _inputs(names: tuple[str, ...], bgr: Tensor, depth: Tensor) -> dict[str, Tensor]:
@@ -366,12 +374,6 @@ def _parameters(modules: nn.Module, decay: float) -> list[dict[str, object]]:
 
 def _truncate(log: Path, step: int) -> None:
     """Drop an incomplete last line of a log, and the lines after a step, which a resumed training writes again."""
-    try:
-        text = log.read_text(encoding="utf-8") if step and log.exists() else ""
-        lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
-        kept = [line for line in lines if json.loads(line)["step"] <= step]
-    except (KeyError, TypeError, ValueError) as error:
-        raise DataError(
-            f"The training log {log} is damaged ({type(error).__name__}: {error}): delete its damaged lines."
-        ) from error
+    lines = log.read_text(encoding="utf-8").splitlines(keepends=True) if step and log.exists() else []
+    kept = [line for line in lines if line.endswith("\n") and json.loads(line)["step"] <= step]
     log.write_text("".join(kept), encoding="utf-8")

@@ -7,7 +7,7 @@ from typing import Final, cast
 import sunset
 from sunset.cli.options import add_count_option, add_path, add_settings
 from sunset.cli.progress import stages_progress
-from sunset_lab.models import missing_networks
+from sunset.experiments import missing_networks
 
 _POOR: Final = 0.1
 """With a lower IoU on healthy frames, a network is of no use."""

@@ -13,8 +13,7 @@ from sunset.errors import MissingExtraError
 from sunset.files.outputs import make_folder, write_text
 from sunset.files.schemas import document_text
 from sunset.perception.card import SEVERITIES_NAME
-from sunset_lab.curves_text import as_csv, as_json, as_text, severity_table
-from sunset_lab.plots import draw
+from sunset_lab.curves_text import as_csv, as_json, as_text, draw, severity_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import sunset
 from sunset.cli.options import add_path
 from sunset.cli.progress import stages_progress
-from sunset_lab.models import MAX_SIDE, missing_networks
+from sunset.experiments import missing_networks
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,11 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
-    digits = len(str(MAX_SIDE))
-    sides = [int(side) if side.isdecimal() and len(side) <= digits else 0 for side in (width, height)]
-    if not all(1 <= side <= MAX_SIDE for side in sides):
+    if not (width.isdecimal() and height.isdecimal()):
         raise argparse.ArgumentTypeError(
-            f"expected width and height in pixels, of at most {MAX_SIDE} each, such as 256x144, got {text!r}"
+            f"expected width and height in pixels, such as 256x144, got {text!r}"
         )
     return int(width), int(height)
 

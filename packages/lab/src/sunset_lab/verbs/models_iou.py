@@ -8,8 +8,7 @@ import sunset
 from sunset.cli.options import add_count_option, add_json_option, add_path, add_settings
 from sunset.cli.progress import stages_progress
 from sunset.files.outputs import make_folder, write_text
-from sunset_lab.tables import VIEWS
-from sunset_lab.tables_text import iou_csv, iou_json, iou_markdown
+from sunset_lab.tables import VIEWS, iou_csv, iou_json, iou_markdown
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 import sunset
 from sunset.cli.options import add_count_option, add_flag, add_path, add_settings
 from sunset.cli.progress import stages_progress
+from sunset.experiments import missing_networks
 from sunset_lab import CONFIGS, MODALITIES
-from sunset_lab.models import missing_networks
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +43,7 @@ def _add_networks(parser: argparse.ArgumentParser) -> None:
         help="which networks; the fusion contains both branches, so it means all",
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of everything that is drawn")
-    steps = ", ".join(f"{make().schedule.steps} for {name}" for name, make in CONFIGS.items())
+    steps = ", ".join(f"{config.schedule.steps} for {name}" for name, config in CONFIGS.items())
     add_count_option(
         parser,
         "--steps",

@@ -29,7 +29,7 @@ _MODULES: Final = {
     ),
     "sunset.api.options": ("CampaignOptions",),
     "sunset.api.pictures": ("fault_figure", "fault_picture"),
-    "sunset.api.publishing": ("bundle", "verify"),
+    "sunset.api.bundling": ("bundle", "verify"),
     "sunset.api.results": ("Results", "load", "report", "write_figures"),
     "sunset.api.running": ("agree", "bench", "check_manager", "plan_bench", "run"),
     "sunset.api.splits": ("check_split", "generate_split"),

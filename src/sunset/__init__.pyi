@@ -1,3 +1,5 @@
+from sunset.api.bundling import bundle as bundle
+from sunset.api.bundling import verify as verify
 from sunset.api.catalogue import list_faults as list_faults
 from sunset.api.catalogue import list_managers as list_managers
 from sunset.api.catalogue import list_scenarios as list_scenarios
@@ -9,8 +11,6 @@ from sunset.api.flights import render_flight as render_flight
 from sunset.api.options import CampaignOptions as CampaignOptions
 from sunset.api.pictures import fault_figure as fault_figure
 from sunset.api.pictures import fault_picture as fault_picture
-from sunset.api.publishing import bundle as bundle
-from sunset.api.publishing import verify as verify
 from sunset.api.results import Results as Results
 from sunset.api.results import load as load
 from sunset.api.results import report as report

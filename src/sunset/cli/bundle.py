@@ -11,7 +11,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
         "Pack a finished campaign into one zip file: the records, the plan, the table, the sources of its managing "
-        "systems and extensions, checksums, metadata as an RO-Crate, and what to cite. The same campaign, options and "
+        "systems and extensions, checksums, and what to cite. The same campaign, options and "
         "date give the same bytes. 'sunset verify' checks the file."
     )
     add_path(parser, "folder", "DIR", "what 'sunset bench --out' wrote")

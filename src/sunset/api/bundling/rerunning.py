@@ -3,7 +3,7 @@
 import shlex
 import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +13,7 @@ from msgspec import UNSET
 from msgspec.structs import asdict
 
 from sunset.api.bundling.checks import Findings
-from sunset.api.bundling.layout import ManagerSources, OpenedBundle, manager_folder
+from sunset.api.bundling.sources import ManagerSources, OpenedBundle, manager_folder
 from sunset.errors import InvalidInputError, ManagerError
 from sunset.experiments import campaign_managers, model_checksum, run_again
 from sunset.files.sources import import_from
@@ -117,17 +117,11 @@ def rerun_run(
 
 
 def _values(run: RunRecord) -> dict[str, object]:
-    """Return the fields of a record that must repeat, by name, and the figures and other entries of mappings."""
-    values: dict[str, object] = {}
-    for name, value in asdict(run).items():
-        if name in _OF_THIS_COMPUTER:
-            continue
-        if isinstance(value, Mapping):
-            prefix = "" if name == "metrics" else f"{name}."
-            values |= {f"{prefix}{key}": entry for key, entry in value.items()}
-        else:
-            values[name] = value
-    return values
+    """Return the figures of a record, and its fields that must repeat, by name."""
+    fields = {
+        name: value for name, value in asdict(run).items() if name not in {*_OF_THIS_COMPUTER, "metrics"}
+    }
+    return {**run.metrics, **fields}
 
 
 def _packages(run: RunRecord) -> str:

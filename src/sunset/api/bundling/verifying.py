@@ -1,17 +1,25 @@
 """The verification of a bundle: its files, every figure, and second runs."""
 
+import secrets
 import tempfile
 from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Final
 
-from sunset.api.bundling.archive import differing_files, extract_archive
+from sunset.api.arguments import as_path, optional_path, whole_of
+from sunset.api.bundling.archive import (
+    CAMPAIGN,
+    CHECKSUMS_FILE,
+    REPORT_FILE,
+    differing_files,
+    extract_archive,
+)
 from sunset.api.bundling.checks import Findings, check_campaign
-from sunset.api.bundling.crate import description_of
-from sunset.api.bundling.layout import CAMPAIGN, CHECKSUMS_FILE, REPORT_FILE, OpenedBundle
+from sunset.api.bundling.packing import description_of
 from sunset.api.bundling.rerunning import Rerun, choose_runs, rerun_run
-from sunset.api.bundling.sources import differing_sources
+from sunset.api.bundling.sources import OpenedBundle, differing_sources
 from sunset.errors import DataError, InvalidInputError, RecordError
 from sunset.evaluation import render_report
 from sunset.files.inputs import file_digest, read_text
@@ -19,7 +27,10 @@ from sunset.files.sources import package_version
 from sunset.perception import load_model
 from sunset.processes.workers import Progress
 from sunset.texts.sentences import counted
-from sunset_ros.texts import printable
+from sunset_ros.seeding import check_seed
+from sunset_ros.texts import printable, shown
+
+_SEEDS: Final = 2**32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,40 +83,62 @@ class Verification:
         return asdict(self) | {"bundle": str(self.bundle), "verified": self.passed}
 
 
-def verify(path: Path, rerun: Rerun, *, progress: Progress | None = None) -> Verification:
-    """Check a bundle: its files, its plan, its sources, every figure, and some runs by repeating them.
+def verify(
+    path: str | Path,
+    *,
+    run_again: int = 3,
+    seed: int | None = None,
+    trust: bool = False,
+    model: str | Path | None = None,
+    bag: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Verification:
+    """Check a bundle, as `sunset verify` does: every figure, and some runs by running them again.
 
-    The bundle's managing systems and extensions are programs, and do not run unless `rerun.trust`.
+    Nothing in the bundle is executed, unless it is trusted.
 
     Args:
-        path: the file.
-        rerun: which runs are repeated, and with what.
-        progress: called with (runs that are computed or repeated, such runs in all).
+        path: of the file.
+        run_again: how many runs are run again, chosen at random among those that can be.
+        seed: of the choice; drawn at random if None, so that the choice is not known beforehand.
+        trust: whether the bundle's own managing systems and extensions, which are programs, may run.
+        model: the folder of the campaign's model, if it is not installed.
+        bag: the campaign's bag, if it is not the default flight.
+        progress: called with (runs that are computed or run again, all such runs).
 
     Raises:
-        RecordError: the file is not a bundle, is of another version, or cannot be opened.
-        ModelError: the model cannot be used.
-        DataError: the bag is missing.
-        OutputError: the temporary folder lacks space.
+        RecordError: it is not a bundle, is of another version, or is not fit to be opened.
+        InvalidInputError: another argument is not usable.
     """
+    number, file = whole_of(run_again), as_path(path, "bundle")
+    if type(number) is not int or number < 0:
+        raise InvalidInputError(
+            f"The number of runs to run again must be at least 0, got {shown(run_again)}."
+        )
+    rerun = Rerun(
+        number=number,
+        seed=secrets.randbelow(_SEEDS) if seed is None else check_seed(whole_of(seed)),
+        trust=trust,
+        model=None if model is None else str(as_path(model, "model")),
+        bag=optional_path(bag, "bag"),
+    )
     if rerun.model is not None:
         load_model(rerun.model)
     if rerun.bag is not None and not rerun.bag.exists():
         raise DataError(f"There is no bag {rerun.bag}: name the campaign's, or leave it out.")
     with tempfile.TemporaryDirectory(prefix="sunset-") as room:
         root = Path(room).resolve() / "bundle"
-        root.mkdir()
-        extract_archive(path, root)
+        extract_archive(file, root)
         try:
             opened = OpenedBundle.read(root)
         except InvalidInputError as error:
             sentence = str(error).replace(f"{root}/", "")
-            raise RecordError(f"The bundle {path} cannot be verified: {sentence}") from error
+            raise RecordError(f"The bundle {file} cannot be verified: {sentence}") from error
         problems = [*differing_files(root), *differing_sources(opened)]
         if problems:  # only the code that the campaign was run with is trusted
             rerun = replace(rerun, trust=False)
         with opened.extended() if rerun.trust else nullcontext():
-            return _verify(path, opened, rerun, problems, progress)
+            return _verify(file, opened, rerun, problems, progress)
 
 
 def _verify(

@@ -7,7 +7,7 @@ from msgspec import to_builtins
 
 import sunset
 from sunset.api.flights import flights_text
-from sunset.cli.options import add_json_option, add_settings
+from sunset.cli.options import add_json_option, add_settings, call
 from sunset.cli.progress import rendering_progress
 
 
@@ -32,9 +32,7 @@ def execute(arguments: argparse.Namespace) -> None:
     """Measure a model on flights."""
     model = sunset.load_model(arguments.model)
     with rendering_progress() as progress:
-        thresholds = sunset.measure_flights(
-            model, arguments.flights, device=arguments.device, progress=progress
-        )
+        thresholds = call(sunset.measure_flights, arguments, model=model, progress=progress)
     if arguments.json:
         print(json.dumps(to_builtins(thresholds), sort_keys=True))
     else:

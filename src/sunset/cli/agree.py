@@ -12,7 +12,7 @@ from sunset.cli.options import (
     add_format_options,
     add_path,
     add_settings,
-    campaign_options,
+    call,
 )
 from sunset.cli.progress import run_progress
 
@@ -45,16 +45,7 @@ def execute(arguments: argparse.Namespace) -> None:
     """Run the missing runs, and print the report."""
     stage = "Comparing" if arguments.stored else "Running pairs"
     with run_progress(stage, campaigns=2) as (preparing, counter):
-        agreements = sunset.agree(
-            arguments.suite,
-            arguments.managers,
-            out=arguments.out,
-            jobs=arguments.jobs,
-            stored=arguments.stored,
-            progress=counter,
-            preparing=preparing,
-            **campaign_options(arguments),
-        )
+        agreements = call(sunset.agree, arguments, progress=counter, preparing=preparing)
     if not arguments.stored:
         print(counter, file=sys.stderr)
     print(format_agreement(agreements, arguments.format).rstrip("\n"))

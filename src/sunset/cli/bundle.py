@@ -3,7 +3,7 @@
 import argparse
 
 import sunset
-from sunset.cli.options import add_path
+from sunset.cli.options import add_path, call
 from sunset.cli.progress import progress_bar
 
 
@@ -40,13 +40,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> None:
     """Write the file, and print its contents."""
     with progress_bar("Checking the campaign") as progress:
-        bundle = sunset.bundle(
-            arguments.folder,
-            arguments.out,
-            title=arguments.title,
-            authors=arguments.authors,
-            licence=arguments.licence,
-            date=arguments.date,
-            progress=progress,
-        )
+        bundle = call(sunset.bundle, arguments, progress=progress)
     print(bundle)

@@ -6,7 +6,7 @@ import sys
 
 import sunset
 from sunset.api.catalogue import Fault, failure_text, get_fault, severities
-from sunset.cli.options import FLIGHT, MODEL, add_json_option, add_path, add_settings, run_options
+from sunset.cli.options import FLIGHT, MODEL, add_json_option, add_path, add_settings, call
 from sunset.cli.parser import Parser
 from sunset.cli.progress import run_progress
 from sunset.errors import InvalidInputError
@@ -86,13 +86,7 @@ def show(arguments: argparse.Namespace) -> None:
     fault = get_fault(arguments.fault)
     if arguments.figure is not None:
         with run_progress("Drawing") as (preparing, _):
-            sunset.fault_picture(
-                fault.name,
-                arguments.figure,
-                frame=arguments.frame,
-                preparing=preparing,
-                **run_options(arguments),
-            )
+            call(sunset.fault_picture, arguments, out=arguments.figure, preparing=preparing)
         print(f"The figure is in {arguments.figure}.", file=sys.stderr)
     elif arguments.frame is not None or arguments.bag is not None or arguments.device != "cpu":
         raise InvalidInputError(
@@ -116,13 +110,7 @@ def show(arguments: argparse.Namespace) -> None:
 def draw(arguments: argparse.Namespace) -> None:
     """Draw the entropy over time without and with each fault that shows in it."""
     with run_progress("Running") as (preparing, progress):
-        sunset.fault_figure(
-            arguments.out,
-            seed=arguments.seed,
-            progress=progress,
-            preparing=preparing,
-            **run_options(arguments),
-        )
+        call(sunset.fault_figure, arguments, progress=progress, preparing=preparing)
     print(f"The figure is in {arguments.out}.", file=sys.stderr)
 
 

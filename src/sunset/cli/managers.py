@@ -4,7 +4,7 @@ import argparse
 import json
 
 import sunset
-from sunset.cli.options import LIVE, add_json_option, add_settings, run_options
+from sunset.cli.options import LIVE, add_json_option, add_settings, call
 from sunset.cli.parser import Parser
 from sunset.cli.progress import run_progress
 from sunset.texts.tables import aligned
@@ -50,13 +50,6 @@ def list_managers(arguments: argparse.Namespace) -> None:
 def check(arguments: argparse.Namespace) -> int:
     """Run a managing system twice, and print the verdict."""
     with run_progress("Running twice") as (preparing, progress):
-        verdict = sunset.check_manager(
-            arguments.manager,
-            arguments.scenario,
-            seed=arguments.seed,
-            progress=progress,
-            preparing=preparing,
-            **run_options(arguments),
-        )
+        verdict = call(sunset.check_manager, arguments, progress=progress, preparing=preparing)
     print(verdict)
     return 0 if verdict.passed else 1

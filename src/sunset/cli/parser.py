@@ -70,7 +70,10 @@ VERBS: Final[Mapping[str, Verb]] = {
     ),
     "node": Verb("run one node as a process on ROS 2's network", is_extensible=True),
     "up": Verb("run the whole system as processes on ROS 2's network", is_extensible=True),
-    "ros": Verb("look at a running ROS 2 system and change it, without a ROS installation"),
+    "ros": Verb(
+        "look at a running ROS 2 system and change it, without a ROS installation",
+        module="sunset_ros.commands",
+    ),
     "completion": Verb("print what a shell completes this command line with"),
 }
 """By name. The module of a verb is imported when it is used, also from packages that import this one."""

@@ -5,7 +5,7 @@ import json
 import sys
 
 import sunset
-from sunset.cli.options import add_count_option, add_flag, add_json_option, add_path
+from sunset.cli.options import add_count_option, add_flag, add_json_option, add_path, call
 from sunset.cli.parser import Parser
 from sunset.errors import InvalidInputError, OutputError
 from sunset.files.outputs import write_text
@@ -101,21 +101,14 @@ def _generate_split(arguments: argparse.Namespace) -> None:
     for name in ("split", "count", "out"):
         if getattr(arguments, name) is None:
             raise InvalidInputError(f"A split needs --split, --count and --out: add --{name}.")
-    split = sunset.generate_split(
-        arguments.split,
-        arguments.count,
-        arguments.out,
-        seed=arguments.seed or 0,
-        flights=arguments.flights,
-        salt_file=arguments.salt_file,
-    )
+    split = call(sunset.generate_split, arguments, seed=arguments.seed or 0)
     print(f"{counted(split.count, 'scenario')} of {split.split} are in {arguments.out}.", file=sys.stderr)
     _print_hashes(split.sha256, split.salt_sha256)
 
 
 def check(arguments: argparse.Namespace) -> None:
     """Generate a split again, and report that its scenarios are the same."""
-    split = sunset.check_split(arguments.folder, salt_file=arguments.salt_file)
+    split = call(sunset.check_split, arguments)
     print(f"The scenarios in {arguments.folder} are those that its description makes.", file=sys.stderr)
     _print_hashes(split.sha256, split.salt_sha256)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import sunset
 from sunset.api.viewing import can_show_pages
-from sunset.cli.options import add_path
+from sunset.cli.options import add_path, call
 from sunset.cli.progress import stages_progress
 
 
@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_path(
         parser,
-        "folder",
+        "run",
         "RUN",
         "what 'sunset run --out' wrote (default: the last run that was given no folder)",
         nargs="?",
@@ -42,15 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> None:
     """Write the page, and open it."""
     with stages_progress() as stage:
-        file = sunset.view(
-            arguments.folder or _last_run(),
-            arguments.other,
-            out=arguments.out,
-            show=arguments.show,
-            model=arguments.model,
-            bag=arguments.bag,
-            progress=stage,
-        )
+        file = call(sunset.view, arguments, run=arguments.run or _last_run(), progress=stage)
     remedy = "" if arguments.show and can_show_pages() else ": open it in a browser"
     print(f"The page is {file}{remedy}.", file=sys.stderr)
 

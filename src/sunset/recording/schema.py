@@ -297,6 +297,24 @@ def read_plan(folder: Path) -> CampaignPlan:
     return convert(content, CampaignPlan, str(file), RecordError, remedy="restore it, or name a new folder")
 
 
+def count_runs(out: Path) -> tuple[int, int] | None:
+    """Return the numbers of finished and of planned runs of a folder's campaigns; None if it holds no campaign.
+
+    Campaigns in subfolders count, too. Shards of the same campaign, in folders of their own, are counted together.
+
+    Raises:
+        RecordError: a campaign's plan is damaged, or of another version.
+    """
+    campaigns: dict[bytes, tuple[int, set[Path]]] = {}
+    for file in sorted([*out.glob(PLAN_FILE), *out.glob(f"*/{PLAN_FILE}")]):
+        planned = read_plan(file.parent).runs
+        runs = campaigns.setdefault(file.read_bytes(), (planned, set()))[1]
+        runs.update(run.relative_to(file.parent) for run in file.parent.glob(f"runs/*/*/*/seed-*/{RUN_FILE}"))
+    if not campaigns:
+        return None
+    return sum(len(runs) for _, runs in campaigns.values()), sum(planned for planned, _ in campaigns.values())
+
+
 def _check_version(name: str, content: object, key: str, expected: int, remedy: str) -> None:
     """Raise if an object is of another version."""
     version = content.get(key) if isinstance(content, dict) else expected

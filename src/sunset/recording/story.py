@@ -9,8 +9,8 @@ from rich.text import Text
 
 from sunset.metrics import Episode, RunMetrics, Timeline
 from sunset.recording.causes import Cause
-from sunset.recording.logs import LogLine
 from sunset.recording.schema import RunRecord
+from sunset.recording.timelines import LogLine
 from sunset.system import current_system, find_fault
 from sunset.texts.sentences import counted
 from sunset_ros.texts import printable, shorten

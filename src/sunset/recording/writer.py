@@ -12,10 +12,9 @@ import msgspec
 from sunset.errors import OutputError
 from sunset.files.outputs import flush, unwritable
 from sunset.files.schemas import document_text
-from sunset.recording._bag import write_bag
+from sunset.recording._bag import Payload, RecordedMessage, digest_of, write_bag
 from sunset.recording.images import ImageWriter, without_pixels
 from sunset.recording.schema import RunRecord
-from sunset.recording.values import Payload, RecordedMessage, digest_of
 from sunset.texts.names import RUN_FILE
 from sunset_ros.interfaces import Message, serialize, type_name
 

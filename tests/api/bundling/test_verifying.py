@@ -15,8 +15,7 @@ from sunset.api.bundling.verifying import Verification
 from sunset.api.splits import generate_split
 from sunset.experiments import BenchSpec, bench
 from sunset.recording import read_plan
-from sunset.recording._bag import read_bag, write_bag
-from sunset.recording.values import Payload, digest_of
+from sunset.recording._bag import Payload, digest_of, read_bag, write_bag
 from sunset.scenarios import load_scenario, split_hash
 from sunset.system import extended_system
 

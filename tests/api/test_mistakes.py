@@ -213,7 +213,6 @@ CAMPAIGNS: dict[str, tuple[Mistake, str]] = {
     "references as text": (lambda folder: api.bench(references="no", out=folder), "must be true or false"),
     "jobs of nobody": (lambda folder: api.bench(jobs=0, out=folder), "at least 1 job"),
     "jobs as truth": (lambda folder: api.bench(jobs=True, out=folder), "at least 1 job, got True"),
-    "progress that is not called": (lambda folder: api.bench(out=folder, progress=3), "must be a function"),
     "jobs as text": (lambda folder: api.bench(jobs="2", out=folder), "at least 1 job, got '2'"),
     "folder of something else": (
         lambda folder: api.bench("nofault", out=filled(folder)),
@@ -232,11 +231,6 @@ STORED: dict[str, tuple[Mistake, str]] = {
     "a number": (lambda _: api.load(3), "must be a path, got 3"),
     "a long name": (lambda _: api.load("x" * 300), "File name too long"),
     "a long name for a report": (lambda _: api.report("x" * 300), "File name too long"),
-    "recompute as text": (lambda folder: api.load(folder, recompute="no"), "recompute must be true or false"),
-    "a report with recompute as number": (
-        lambda folder: api.report(folder, recompute=0),
-        "true or false, got 0",
-    ),
     "no path": (lambda _: api.load(""), "must be a path, got ''"),
     "a run of another version": (
         lambda folder: api.load(versioned(folder, 99)),

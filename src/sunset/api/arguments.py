@@ -84,30 +84,6 @@ def count_of(number: int | None, name: str) -> int | None:
     return count
 
 
-def check_progress(*functions: object) -> None:
-    """Check that functions that are called with the progress are functions, or None.
-
-    Raises:
-        InvalidInputError: a function cannot be called.
-    """
-    for function in functions:
-        if function is not None and not callable(function):
-            raise InvalidInputError(
-                f"The progress must be a function that is called with it, got {shown(function)}."
-            )
-
-
-def check_flags(**flags: object) -> None:
-    """Check that values, by their names, are true or false.
-
-    Raises:
-        InvalidInputError: a value is neither.
-    """
-    for name, value in flags.items():
-        if not isinstance(value, bool):
-            raise InvalidInputError(f"The argument {name} must be true or false, got {shown(value)}.")
-
-
 def check_names(options: Mapping[str, object], known: Collection[str]) -> None:
     """Check that options are known.
 
@@ -121,30 +97,28 @@ def check_names(options: Mapping[str, object], known: Collection[str]) -> None:
             )
 
 
-def names_of(names: str | Sequence[str], kind: str) -> tuple[str, ...]:
-    """Return names of a kind, given as a list or as a text in which commas outside quotes separate them.
+def names_of(names: str | Path | Sequence[str | Path], kind: str) -> tuple[str, ...]:
+    """Return names or paths of a kind, given as a list, or as a text in which commas outside quotes separate them.
 
     Raises:
         InvalidInputError: they are anything else.
     """
-    listed = _ITEMS.findall(names) if isinstance(names, str) else names
-    if not isinstance(listed, list | tuple) or not all(isinstance(name, str) for name in listed):
+    listed: object = [names] if isinstance(names, Path) else names  # a path may have commas in it
+    listed = _ITEMS.findall(listed) if isinstance(listed, str) else listed
+    if not isinstance(listed, list | tuple) or not all(isinstance(name, str | Path) for name in listed):
         raise InvalidInputError(f"The {kind} must be a list of names, got {shown(names)}.")
-    return tuple(name.strip() for name in listed if name.strip())
+    return tuple(name for name in (str(each).strip() for each in listed) if name)
 
 
 def chosen_names(
-    names: str | Path | tuple[str | Path, ...] | list[str | Path], kind: str, *, values: str, default: str
+    names: str | Path | Sequence[str | Path], kind: str, *, values: str, default: str
 ) -> tuple[str, ...]:
-    """Return names or paths of a kind as texts; an empty tuple stands for the default.
+    """Return names as `names_of` does; an empty tuple stands for the default.
 
     Raises:
-        InvalidInputError: they are neither, or an empty text, which is less than the default.
+        InvalidInputError: they are not names, or an empty text, which is less than the default.
     """
-    listed: Any = [names] if isinstance(names, Path) else names
-    if isinstance(listed, list | tuple):  # a path may have commas in it
-        listed = [str(name) if isinstance(name, Path) else name for name in listed]
-    chosen = names_of(listed, kind)
+    chosen = names_of(names, kind)
     if not chosen and names not in ((), []):
         raise InvalidInputError(
             f"The {kind} must be {values}, got {shown(names)}; leave them out for {default}."
@@ -152,6 +126,6 @@ def chosen_names(
     return chosen
 
 
-def chosen_flights(names: str | Path | tuple[str | Path, ...] | list[str | Path]) -> tuple[str, ...]:
+def chosen_flights(names: str | Path | Sequence[str | Path]) -> tuple[str, ...]:
     """Return the flights of a campaign; an empty tuple stands for each scenario's own flight."""
     return chosen_names(names, "flights", values="names or bags", default="each scenario's own")

@@ -8,7 +8,6 @@ from sunset import data
 from sunset.api.arguments import (
     Extensions,
     as_path,
-    check_progress,
     chosen_flights,
     count_of,
     extended,
@@ -55,7 +54,6 @@ def render_flight(
         InvalidInputError: the plan is not possible.
         OutputError: the bag cannot be written, or not kept.
     """
-    check_progress(progress)
     chosen = FlightPlan() if plan is None else plan
     if not isinstance(chosen, FlightPlan):
         raise InvalidInputError(f"The plan of a flight must be a FlightPlan, got {chosen!r}.")
@@ -76,7 +74,6 @@ def bag_statistics(bag: str | Path | None = None, *, progress: Progress | None =
     Raises:
         DataError: the bag is missing or damaged.
     """
-    check_progress(progress)
     with read_bag(optional_path(bag, "bag") or default_flight()) as reader:
         return data.bag_statistics(reader, progress=progress)
 
@@ -106,7 +103,6 @@ def measure_flights(
     Raises:
         SunsetError: the model or a flight is not usable.
     """
-    check_progress(progress)
     loaded = model if isinstance(model, Model) else load_model(model)
     device, jobs = find_device(device), count_of(jobs, "jobs")
     with extended(extensions):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
 from sunset import evaluation
-from sunset.api.arguments import Extensions, as_path, check_flags, check_progress, extended
+from sunset.api.arguments import Extensions, as_path, extended
 from sunset.errors import RecordError
 from sunset.evaluation import (
     AGREEMENT_FORMATS,
@@ -139,11 +139,8 @@ def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = 
         RecordError: the folder or its runs are missing, damaged or of another version.
     """
     folder = as_path(path, "folder of stored runs")
-    if folder.is_file():
-        raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
-    check_flags(recompute=recompute)
     with extended(extensions):
-        if is_run(folder):
+        if folder.is_file() or is_run(folder):
             from sunset.api.viewing import Run  # noqa: PLC0415  slow, and not needed for reports
 
             return Run.of(read_stored_run(folder), extensions=extensions)
@@ -180,8 +177,6 @@ def report(
         InvalidInputError: the format is unknown.
     """
     folder = as_path(path, "folder of stored runs")
-    check_flags(every=every, recompute=recompute, paper=paper, runs=runs)
-    check_progress(progress)
     with extended(extensions):
         if paper:
             return _paper_report(folder, form or FORMATS[0], progress)
@@ -233,8 +228,6 @@ def write_figures(
         RecordError: the runs are missing or damaged.
         OutputError: the folder exists and is not empty, or cannot be written.
     """
-    check_progress(progress)
-    check_flags(recompute=recompute)
     with extended(extensions):
         return evaluation.write_figures(
             as_path(path, "folder of stored runs"),

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sunset.api.arguments import Extensions, as_path, check_flags, extended, whole_of
+from sunset.api.arguments import Extensions, as_path, extended, whole_of
 from sunset.scenarios import SPLITS, SplitDescription, SplitSpec, read_salt, write_split
 from sunset.scenarios import check_split as check_folder
 
@@ -37,7 +37,6 @@ def generate_split(
         InvalidInputError: the split is unknown, a number is out of range, or the salt is not usable.
         OutputError: the folder is not empty, or cannot be written.
     """
-    check_flags(flights=flights)
     folder, salt = as_path(out, "folder of the split"), _salt(salt_file)
     with extended(extensions):
         spec = SplitSpec(split=split, count=whole_of(count), seed=whole_of(seed), flights=flights, salt=salt)

@@ -29,7 +29,7 @@ _SUMMARY: Final = (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class StoredRun:
     """A run from its record.
 

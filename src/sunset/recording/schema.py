@@ -182,8 +182,10 @@ def read_run(folder: Path) -> RunRecord:
     Raises:
         RecordError: the record is incomplete, damaged, or of another version.
     """
-    file = Path(folder) / RUN_FILE
-    content = read_json(file, "The file", RecordError, missing=_missing_text(Path(folder)))
+    if folder.is_file():
+        raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
+    file = folder / RUN_FILE
+    content = read_json(file, "The file", RecordError, missing=_missing_text(folder))
     _check_version(f"The record {folder}", content, "record_version", RECORD_VERSION, "run it again")
     return convert(content, RunRecord, str(file), RecordError, remedy="restore the file, or run it again")
 

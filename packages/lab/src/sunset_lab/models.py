@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, TypedDict, Unpack
 from sunset.api.arguments import (
     Extensions,
     as_path,
-    check_flags,
     check_names,
-    check_progress,
     count_of,
     extended,
     number_of,
@@ -101,9 +99,7 @@ def train_model(
     from sunset_lab import check_extra
 
     check_names(options, TrainingOptions.__annotations__)
-    check_progress(progress)
     resume, compiled = options.get("resume", False), options.get("compiled", False)
-    check_flags(resume=resume, compiled=compiled)
     folder, start_from = as_path(out, "model's folder"), options.get("start_from")
     config = replace(_training_config(model, options), name=options.get("name") or folder.resolve().name)
     work = as_path(options.get("work", "training"), "work folder")
@@ -179,7 +175,6 @@ def import_model(
     """
     from sunset_lab import check_extra
 
-    check_progress(progress)
     folder = as_path(out, "model's folder")
     if folder.exists():
         raise OutputError(
@@ -227,7 +222,6 @@ def calibrate_model(
     """
     from sunset_lab import check_extra, frames_of_bag, validation_flight
 
-    check_progress(progress)
     loaded, target = _loaded(model), optional_path(out, "model's folder")
     check_extra("Calibrating", "onnx")
     from sunset_lab import calibrate
@@ -276,7 +270,6 @@ def measure_curves(
     """
     from sunset_lab import curves
 
-    check_progress(progress, rendering)
     loaded, device, jobs = _loaded(model), find_device(device), count_of(jobs, "jobs")
     groups = count_of(every, "groups of frames") or 1
     with extended(extensions):
@@ -313,7 +306,6 @@ def measure_iou(
     """
     from sunset_lab import tables
 
-    check_progress(progress, rendering)
     listed = [models] if isinstance(models, str | Path | Model) else models
     if not isinstance(listed, list | tuple):
         raise InvalidInputError(f"The models must be a list of names or folders, got {shown(models)}.")

@@ -10,6 +10,8 @@ from typing import Final
 
 _MODULES: Final = {
     "sunset.api.catalogue": (
+        "check_split",
+        "generate_split",
         "list_faults",
         "list_managers",
         "list_scenarios",
@@ -32,7 +34,6 @@ _MODULES: Final = {
     "sunset.api.bundling": ("bundle", "verify"),
     "sunset.api.results": ("Results", "load", "report", "write_figures"),
     "sunset.api.running": ("agree", "bench", "check_manager", "plan_bench", "run"),
-    "sunset.api.splits": ("check_split", "generate_split"),
     "sunset.api.viewing": ("Run", "view", "write_site"),
     "sunset.data": ("FlightPlan",),
     "sunset.errors": ("SunsetError",),

@@ -179,18 +179,14 @@ def report(
     folder = as_path(path, "folder of stored runs")
     with extended(extensions):
         if paper:
-            return _paper_report(folder, form or FORMATS[0], progress)
+            from sunset.evaluation.published import paper_report  # noqa: PLC0415  slow, and rarely needed
+
+            return paper_report(folder, form or FORMATS[0], progress=progress)
         if runs:
             return render_runs(folder, form or RUNS_FORMATS[0], recompute=recompute, progress=progress)
         if form is None and not (every or recompute) and is_run(folder):
             return f"{read_stored_run(folder)}\n"
         return render_report(folder, form or FORMATS[0], every=every, recompute=recompute, progress=progress)
-
-
-def _paper_report(folder: Path, form: str, progress: Progress | None) -> str:
-    from sunset.evaluation.published import paper_report  # noqa: PLC0415  slow, and rarely needed
-
-    return paper_report(folder, form, progress=progress)
 
 
 def unfinished_remark(folder: Path) -> str:

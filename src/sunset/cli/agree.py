@@ -18,7 +18,6 @@ from sunset.cli.progress import run_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Run scenarios with the same seeds in the simulation and live, into DIR/sim and DIR/live, and "
         "print how much each figure differs, and whether the same failures appeared and the same adaptations were "
@@ -42,7 +41,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Run the missing runs, and print the report."""
     stage = "Comparing" if arguments.stored else "Running pairs"
     with run_progress(stage, campaigns=2) as (preparing, counter):
         agreements = call(sunset.agree, arguments, progress=counter, preparing=preparing)

@@ -25,7 +25,6 @@ from sunset_ros.texts import printable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Run every scenario of a suite with every managing system, several times, the two reference rows "
         "of the paper, and the managing systems that scores are measured between. Finished runs are kept: the same "
@@ -75,7 +74,6 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run the campaign, and print the table."""
     if arguments.plan:
         _print_plan(arguments)
         return 0

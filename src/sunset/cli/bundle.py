@@ -8,7 +8,6 @@ from sunset.cli.progress import progress_bar
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Pack a finished campaign into one zip file: the records, the plan, the table, the sources of its managing "
         "systems and extensions, checksums, and what to cite. The same campaign, options and "
@@ -38,7 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Write the file, and print its contents."""
     with progress_bar("Checking the campaign") as progress:
         bundle = call(sunset.bundle, arguments, progress=progress)
     print(bundle)

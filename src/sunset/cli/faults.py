@@ -14,7 +14,6 @@ from sunset.texts.tables import aligned
 
 
 def add_arguments(parser: Parser) -> None:
-    """Complete the verb's parser."""
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser(
         "list",
@@ -61,7 +60,6 @@ def _add_figure(parser: Parser) -> None:
 
 
 def list_faults(arguments: argparse.Namespace) -> None:
-    """Print the catalogue."""
     faults = sunset.list_faults()
     if arguments.json:
         print(json.dumps({"faults": list(map(_described, faults))}, sort_keys=True))
@@ -82,7 +80,6 @@ def list_faults(arguments: argparse.Namespace) -> None:
 
 
 def show(arguments: argparse.Namespace) -> None:
-    """Print a fault, and draw it if a figure is asked for."""
     fault = get_fault(arguments.fault)
     if arguments.figure is not None:
         with run_progress("Drawing") as (preparing, _):
@@ -108,7 +105,6 @@ def show(arguments: argparse.Namespace) -> None:
 
 
 def draw(arguments: argparse.Namespace) -> None:
-    """Draw the entropy over time without and with each fault that shows in it."""
     with run_progress("Running") as (preparing, progress):
         call(sunset.fault_figure, arguments, progress=progress, preparing=preparing)
     print(f"The figure is in {arguments.out}.", file=sys.stderr)

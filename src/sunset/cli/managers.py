@@ -11,7 +11,6 @@ from sunset.texts.tables import aligned
 
 
 def add_arguments(parser: Parser) -> None:
-    """Complete the verb's parser."""
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list those that come with SUNSET")
     add_json_option(listing)
@@ -37,7 +36,6 @@ def _add_check(parser: Parser) -> None:
 
 
 def list_managers(arguments: argparse.Namespace) -> None:
-    """Print the managing systems that come with SUNSET."""
     managers = sunset.list_managers().items()
     described = {name: (manager.__doc__ or "").splitlines()[0] for name, manager in managers}
     if arguments.json:
@@ -48,7 +46,6 @@ def list_managers(arguments: argparse.Namespace) -> None:
 
 
 def check(arguments: argparse.Namespace) -> int:
-    """Run a managing system twice, and print the verdict."""
     with run_progress("Running twice") as (preparing, progress):
         verdict = call(sunset.check_manager, arguments, progress=progress, preparing=preparing)
     print(verdict)

@@ -16,7 +16,6 @@ from sunset_ros.texts import printable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Bring the managed system up, run it for 3 to 6 s without a fault, inject the scenario's faults, let the "
         "managing system adapt for 20 s, and print what happened and how well it did."
@@ -41,7 +40,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Run, and print the time line."""
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         folder = arguments.out or Path(temporary) / "run"
         with run_progress("Running") as (preparing, _):

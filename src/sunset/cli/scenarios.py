@@ -13,7 +13,6 @@ from sunset.texts.sentences import counted
 
 
 def add_arguments(parser: Parser) -> None:
-    """Complete the verb's parser."""
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list the scenarios of the suites")
     listing.add_argument("--suite", metavar="NAME|DIR", help="of one suite, or of a folder of scenario files")
@@ -36,7 +35,7 @@ def add_arguments(parser: Parser) -> None:
 
 
 def _add_generate(parser: Parser) -> None:
-    from sunset.api.splits import SPLITS  # noqa: PLC0415  not needed for the other actions
+    from sunset.api.catalogue import SPLITS  # noqa: PLC0415  not needed for the other actions
 
     parser.add_argument("faults", nargs="*", metavar="FAULT[=VALUE]", help="fault, with a strength if wanted")
     parser.add_argument("--name", default="", help="the scenario's name (default: the faults joined by +)")
@@ -54,7 +53,6 @@ def _add_salt(parser: argparse.ArgumentParser, text: str) -> None:
 
 
 def list_scenarios(arguments: argparse.Namespace) -> None:
-    """Print the names."""
     suites = sunset.list_suites() if arguments.suite is None else [arguments.suite]
     names = {suite: sunset.list_scenarios(suite) for suite in suites}
     if arguments.json:
@@ -64,12 +62,10 @@ def list_scenarios(arguments: argparse.Namespace) -> None:
 
 
 def show(arguments: argparse.Namespace) -> None:
-    """Print a scenario as YAML."""
     sys.stdout.write(sunset.load_scenario(arguments.scenario).to_yaml())
 
 
 def generate_scenario(arguments: argparse.Namespace) -> None:
-    """Write a scenario as YAML, or a split."""
     of_split = {
         "--split": arguments.split,
         "--count": arguments.count,
@@ -107,7 +103,6 @@ def _generate_split(arguments: argparse.Namespace) -> None:
 
 
 def check(arguments: argparse.Namespace) -> None:
-    """Generate a split again, and report that its scenarios are the same."""
     split = call(sunset.check_split, arguments)
     print(f"The scenarios in {arguments.folder} are those that its description makes.", file=sys.stderr)
     _print_hashes(split.sha256, split.salt_sha256)

@@ -24,7 +24,6 @@ _REFRESH_S: Final = 0.5
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Run every node as a process on Cyclone DDS until Ctrl-C, and let the flight repeat. Other ROS 2 "
         "nodes on this computer can connect: managing systems, the ros2 command line, viewers."
@@ -51,7 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Run the system until a signal comes."""
     given = {name: value for name, value in vars(arguments).items() if name in Options.__annotations__}
     spec = run_spec_of(
         arguments.scenario or Scenario("none"), arguments.manager, 1, {"middleware": LIVE, **given}

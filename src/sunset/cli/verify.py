@@ -13,7 +13,6 @@ EXIT_DIFFERS = 1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Check what 'sunset bundle' wrote: every file against the checksums, the runs against the plan, the sources "
         "against what the plan says was run, every figure against the recorded messages, and some runs by running them "
@@ -38,7 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the checks and the differences."""
     if arguments.run_again == 0 and arguments.seed is not None:
         raise InvalidInputError("No run is chosen with --run-again 0: leave out --seed.")
     with progress_bar("Verifying") as progress:

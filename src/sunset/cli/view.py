@@ -11,7 +11,6 @@ from sunset.cli.progress import stages_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Write one HTML file that replays a stored run: its pictures, labels and truth, faults, failures, adaptations "
         "and figures over time; and open it. It loads nothing, so that it can be sent around. The images of a "
@@ -40,7 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Write the page, and open it."""
     with stages_progress() as stage:
         file = call(sunset.view, arguments, run=arguments.run or _last_run(), progress=stage)
     remedy = "" if arguments.show and can_show_pages() else ": open it in a browser"

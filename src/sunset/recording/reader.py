@@ -12,9 +12,8 @@ from sunset.files.dataframes import data_frame
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Timeline
 from sunset.metrics.score import score
 from sunset.recording._bag import RecordedMessage, digest_of, read_bag
-from sunset.recording.causes import Cause, causes_of
 from sunset.recording.schema import RunRecord, differences, read_run
-from sunset.recording.story import Event, events_of, print_story
+from sunset.recording.story import Cause, Event, causes_of, events_of, print_story
 from sunset.recording.timelines import ROSOUT, LogLine, log_of, measured_topics, timeline_of
 from sunset.system import loaded_extensions
 from sunset.texts.names import RUN_FILE

@@ -3,10 +3,10 @@
 The version of a schema changes when an older reader would misread a newer file. Newer fields are optional.
 """
 
-import dataclasses
 import math
 import reprlib
 from collections.abc import Mapping
+from dataclasses import astuple
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -160,19 +160,8 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         return {"entropy_threshold": self.entropy_threshold, "sharpness_threshold": self.sharpness_threshold}
 
 
-_DEFAULTS: Final = {field.name: field.default for field in dataclasses.fields(RunMetrics)}
 _Figures = msgspec.defstruct(
-    "_Figures",
-    [
-        # a figure with a default may be missing, since older records lack it
-        (
-            name,
-            fields_of(RunMetrics)[name] | None,
-            msgspec.NODEFAULT if _DEFAULTS[name] is dataclasses.MISSING else None,
-        )
-        for name in RunMetrics.names()
-    ],
-    kw_only=True,
+    "_Figures", [(name, fields_of(RunMetrics)[name] | None) for name in RunMetrics.names()], kw_only=True
 )
 
 
@@ -211,22 +200,17 @@ def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
 
 def differences(run: RunRecord, computed: RunMetrics) -> tuple[str, ...]:
     """Return the names of the figures in a run's `run.json` that differ from the computed figures."""
-    known = run.metrics
-    names = [
-        name for name, value in computed.to_json().items() if name in known and not _same(known[name], value)
-    ]
-    stored, now = (
-        [value for outcome in outcomes for value in dataclasses.astuple(outcome)]
-        for outcomes in (run.fault_outcomes, computed.outcomes)
-    )
-    is_same = len(stored) == len(now) and all(map(_same, stored, now))
-    return (*names, *([] if is_same else ["fault_outcomes"]))
+    stored = {**run.metrics, "fault_outcomes": list(map(astuple, run.fault_outcomes))}
+    now = {**computed.to_json(), "fault_outcomes": list(map(astuple, computed.outcomes))}
+    return tuple(name for name, value in now.items() if name in stored and not _same(stored[name], value))
 
 
 def _same(stored: object, computed: object) -> bool:
     """Return whether two figures are equal, but for the last digits, which depend on the computer."""
     if isinstance(stored, float) and isinstance(computed, float):
         return math.isclose(stored, computed, rel_tol=1e-9, abs_tol=1e-9)
+    if isinstance(stored, list | tuple) and isinstance(computed, list | tuple):
+        return len(stored) == len(computed) and all(map(_same, stored, computed))
     return stored == computed
 
 

@@ -12,7 +12,7 @@ from tests.api.bundling.conftest import DATE, IMPORTED, SETTINGS, Forge
 
 from sunset.api.bundling import bundle, verify
 from sunset.api.bundling.verifying import Verification
-from sunset.api.splits import generate_split
+from sunset.api.catalogue import generate_split
 from sunset.experiments import BenchSpec, bench
 from sunset.recording import read_plan
 from sunset.recording._bag import Payload, digest_of, read_bag, write_bag
@@ -435,13 +435,3 @@ def test_a_campaign_on_a_split_keeps_what_pins_it(tmp_path: Path) -> None:
     with zipfile.ZipFile(out) as archive:
         archive.extractall(tmp_path / "opened")
     assert split_hash(str(tmp_path / "opened/scenarios/split")) == described.sha256
-
-
-@pytest.mark.thorough
-def test_a_run_that_imported_other_packages_is_noted(packed: Path, forge: Forge) -> None:
-    forged = forge(packed, changed(f"{MINE}/run.json", manager_versions={"scipy": "1.0"}))
-
-    found = verify(forged, run_again=99, seed=1, trust=True)
-
-    assert found.passed
-    assert "mine imported scipy 1.0 when it was run, and now nothing." in found.unchecked

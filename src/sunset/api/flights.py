@@ -105,6 +105,7 @@ def measure_flights(
     """
     loaded = model if isinstance(model, Model) else load_model(model)
     device, jobs = find_device(device), count_of(jobs, "jobs")
+    cache = inference_file() if device == "cpu" else None
     with extended(extensions):
         chosen = parse_flights(chosen_flights(flights))
         plans = [FlightPlan.of(flight, DEFAULT_FLIGHT.frames) for flight in chosen if flight.bag is None]
@@ -115,16 +116,11 @@ def measure_flights(
             stage = f"Measuring the flight {flight.name} ({number} of {len(chosen)})"
             measuring = None if progress is None else partial(progress, stage)
             path = next(rendered) if flight.bag is None else flight.bag
-            thresholds[flight.name] = _thresholds(loaded, path, device, jobs, measuring)
+            with read_bag(path, size=(loaded.card.height, loaded.card.width)) as reader:
+                thresholds[flight.name] = flight_thresholds(
+                    loaded, reader, device=device, cache=cache, jobs=jobs, progress=measuring
+                )
         return thresholds
-
-
-def _thresholds(
-    model: Model, bag: Path, device: str, jobs: int | None, progress: Progress | None
-) -> FlightThresholds:
-    cache = inference_file() if device == "cpu" else None
-    with read_bag(bag, size=(model.card.height, model.card.width)) as reader:
-        return flight_thresholds(model, reader, device=device, cache=cache, jobs=jobs, progress=progress)
 
 
 def flights_text(model: str, thresholds: Mapping[str, FlightThresholds]) -> str:

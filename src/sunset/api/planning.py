@@ -167,19 +167,7 @@ def count_runs(spec: BenchSpec) -> dict[str, int]:
 def forecast(
     spec: BenchSpec, like: Path | None = None, *, jobs: int | None = None, preparing: Stages | None = None
 ) -> CampaignForecast:
-    """Return the runs of a campaign, their duration and their power.
-
-    Args:
-        spec: the campaign.
-        like: the folder of an earlier campaign, from which pace and variances are taken. If it is None, two runs are
-            done and timed, unless the campaign is live.
-        jobs: how many runs there would be at a time; None for as many as `bench` does.
-        preparing: called with (stage, frames done, frames in all) before the trial runs.
-
-    Raises:
-        RecordError: the folder or its runs are missing or damaged.
-        InvalidInputError: the campaign is not usable.
-    """
+    """Return the runs of a campaign, their duration and their power, as `sunset.plan_bench` does."""
     spreads, source = dict(VARIANCES), "baseline, reactive and oracle on the test split"
     if like is not None:
         if measured := _measured(like):

@@ -208,14 +208,11 @@ def write_site(
             for done, (place, page) in enumerate(pages.items()):
                 if progress is not None:
                     progress(done, len(pages))
-                _write_run(place, draft / page)
+                (draft / page).parent.mkdir(parents=True, exist_ok=True)
+                text = page_text([Viewed.of(read_stored_run(place), place, _NO_IMAGES)])
+                (draft / page).write_text(text, encoding="utf-8")
             links = {place: quote(os.fsencode(page)) for place, page in pages.items()}
             (draft / "index.html").write_text(index_page(runs, links), encoding="utf-8")
     if progress is not None:
         progress(len(pages), len(pages))
     return Path(out) / "index.html"
-
-
-def _write_run(place: Path, page: Path) -> None:
-    page.parent.mkdir(parents=True, exist_ok=True)
-    page.write_text(page_text([Viewed.of(read_stored_run(place), place, _NO_IMAGES)]), encoding="utf-8")

@@ -38,11 +38,8 @@ def execute(arguments: argparse.Namespace) -> None:
 def _complete(parser: Parser, files: object) -> None:
     """Set the names and files that complete each argument of a parser, and of those below it."""
     parser.complete()
-    faults, managers, models = (
-        [fault.name for fault in sunset.list_faults()],
-        sunset.list_managers(),
-        sunset.list_models(),
-    )
+    faults = [fault.name for fault in sunset.list_faults()]
+    managers, models = sunset.list_managers(), sunset.list_models()
     names = {
         "fault": faults,
         "manager": managers,

@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-from pathlib import Path
 
 import sunset
 from sunset.api.viewing import can_show_pages
@@ -39,13 +38,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
+    if arguments.run is None:
+        from sunset.api.running import last_run  # noqa: PLC0415  slow, and rarely needed
+
+        arguments.run = last_run()
     with stages_progress() as stage:
-        file = call(sunset.view, arguments, run=arguments.run or _last_run(), progress=stage)
+        file = call(sunset.view, arguments, progress=stage)
     remedy = "" if arguments.show and can_show_pages() else ": open it in a browser"
     print(f"The page is {file}{remedy}.", file=sys.stderr)
-
-
-def _last_run() -> Path:
-    from sunset.api.running import last_run  # noqa: PLC0415  slow, and rarely needed
-
-    return last_run()

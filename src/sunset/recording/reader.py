@@ -161,18 +161,16 @@ def check_extensions(run: RunRecord, folder: Path) -> None:
     """
     loaded = {extension.name: extension.checksum for extension in loaded_extensions()}
     recorded = run.extensions or {}
-    for name in recorded.keys() - loaded.keys():
-        raise RecordError(
-            f"The run in {folder} was made with the extension {name}: name it with --extension, in Python with "
-            "extensions."
-        )
-    for name, checksum in loaded.items():
-        if name not in recorded:
-            raise RecordError(f"The run in {folder} was made without the extension {name}: leave it out.")
-        if recorded[name] != checksum:
+    for name in recorded | loaded:
+        made = f"The run in {folder} was made"
+        if name not in loaded:
             raise RecordError(
-                f"The run in {folder} was made with another version of the extension {name}: name that one."
+                f"{made} with the extension {name}: name it with --extension, in Python with extensions."
             )
+        if name not in recorded:
+            raise RecordError(f"{made} without the extension {name}: leave it out.")
+        if recorded[name] != loaded[name]:
+            raise RecordError(f"{made} with another version of the extension {name}: name that one.")
 
 
 def read_timeline(folder: Path) -> Timeline:

@@ -233,7 +233,7 @@ def _choose_runs(opened: OpenedBundle, findings: Findings, rerun: _Rerun) -> lis
         findings.unchecked.append("No run was run again, as was asked for.")
         return []
     runs = findings.runs.items() if findings.has_extensions else ()
-    obstacles = {place: _obstacle(opened, run, rerun) for place, run in runs}
+    obstacles = {place: next(_obstacles(opened, run, rerun), "") for place, run in runs}
     findings.unchecked += [
         f"{counted(number, 'run')} could not be run again: {obstacle}."
         for obstacle, number in Counter(filter(None, obstacles.values())).items()
@@ -243,32 +243,26 @@ def _choose_runs(opened: OpenedBundle, findings: Findings, rerun: _Rerun) -> lis
     return [able[number] for number in sorted(map(int, picked))]
 
 
-def _obstacle(opened: OpenedBundle, run: RunRecord, rerun: _Rerun) -> str:
-    """Return why a run cannot be repeated; empty if it can."""
+def _obstacles(opened: OpenedBundle, run: RunRecord, rerun: _Rerun) -> Iterator[str]:
+    """Yield the reasons why a run cannot be repeated."""
     plan, name = opened.plan, run.manager
-    sources = opened.manifest.managers.get(name)
-    is_own = _manager(opened, run) not in MANAGERS
+    if run.middleware != SIMULATED:
+        yield "live runs take place in real time and never repeat to the byte"
+    if run.is_empty:
+        yield "failed runs leave no messages to compare"
     facts = plan.flight_facts.get(run.flight)
-    is_on_bag = plan.bag is not None if facts is None else not facts.conditions
-    obstacles = {
-        "live runs take place in real time and never repeat to the byte": run.middleware != SIMULATED,
-        "failed runs leave no messages to compare": run.is_empty,
-        "the flight is not in the bundle; name it with --bag": is_on_bag and rerun.bag is None,
-        f"its model {plan.model} is not installed; name its folder with --model": (
-            rerun.model is None
-            and (
-                plan.model not in list_models()
-                or model_checksum(load_model(plan.model).card) != plan.model_checksum
-            )
-        ),
-        f"that runs the code of {name}, which the bundle has; read it, and let it run with --trust": (
-            is_own and not rerun.trust
-        ),
-        f"{name} was a class of a program or notebook, which only its process can load": (
-            is_own and (sources is None or not sources.load)
-        ),
-    }
-    return next((obstacle for obstacle, holds in obstacles.items() if holds), "")
+    if rerun.bag is None and (plan.bag is not None if facts is None else not facts.conditions):
+        yield "the flight is not in the bundle; name it with --bag"
+    if rerun.model is None and not (
+        plan.model in list_models() and model_checksum(load_model(plan.model).card) == plan.model_checksum
+    ):
+        yield f"its model {plan.model} is not installed; name its folder with --model"
+    if _manager(opened, run) not in MANAGERS:
+        if not rerun.trust:
+            yield f"that runs the code of {name}, which the bundle has; read it, and let it run with --trust"
+        sources = opened.manifest.managers.get(name)
+        if sources is None or not sources.load:
+            yield f"{name} was a class of a program or notebook, which only its process can load"
 
 
 def _manager(opened: OpenedBundle, run: RunRecord) -> str:

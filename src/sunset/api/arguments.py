@@ -5,7 +5,6 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import AbstractContextManager
 from decimal import Decimal
-from math import inf
 from numbers import Real
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -40,14 +39,10 @@ def as_path(path: str | Path, name: str) -> Path:
     """Return a path that was given as a text or a path; messages call it `name`.
 
     Raises:
-        InvalidInputError: it is neither, or empty, or too long for a file.
+        InvalidInputError: it is neither, or empty.
     """
-    if not isinstance(path, str | Path) or not str(path) or "\0" in str(path):
+    if not isinstance(path, str | Path) or not str(path):
         raise InvalidInputError(f"The {name} must be a path, got {shown(path)}.")
-    try:
-        Path(path).exists()
-    except OSError as error:
-        raise InvalidInputError(f"The {name} cannot be {shown(str(path))}: {error.strerror}.") from error
     return Path(path)
 
 
@@ -66,10 +61,7 @@ def whole_of(value: Any) -> Any:
 
 def number_of(value: Any) -> Any:
     """Return a number as Python's own; any other value is returned as it is, for a later check."""
-    try:
-        return value if isinstance(value, bool) or not isinstance(value, Real | Decimal) else float(value)
-    except OverflowError:
-        return inf
+    return value if isinstance(value, bool) or not isinstance(value, Real | Decimal) else float(value)
 
 
 def count_of(number: int | None, name: str) -> int | None:

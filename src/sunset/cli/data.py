@@ -11,7 +11,7 @@ from typing import Final
 
 import sunset
 from sunset.cli.options import add_count_option, add_flag, add_path, call
-from sunset.cli.parser import Actions, Parser, number
+from sunset.cli.parser import Actions, Parser, parse_number
 from sunset.cli.progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
     DEPTH_UNITS,
@@ -53,7 +53,9 @@ _OF_SOURCES: Final = (
     ("jobs", None, _SOURCES[:2]),
 )
 """Options of `import`, what they are where they are not given, and the sources that have a use for them."""
-_rate: Final = partial(number, kind=float, expected="frames a second from 0.1 to 1000", least=0.1, most=1000)
+_rate: Final = partial(
+    parse_number, kind=float, expected="frames a second from 0.1 to 1000", least=0.1, most=1000
+)
 
 
 def add_arguments(parser: Parser) -> None:

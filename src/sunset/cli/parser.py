@@ -113,8 +113,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, *, add: Callable[["Parser"], None] = lambda _: None, **options: Any) -> None:
         super().__init__(**options)
-        self.register("type", int, partial(number, kind=int, expected="a whole number"))
-        self.register("type", float, partial(number, kind=float, expected="a number"))
+        self.register("type", int, partial(parse_number, kind=int, expected="a whole number"))
+        self.register("type", float, partial(parse_number, kind=float, expected="a number"))
         self.set_defaults(execute=lambda _: self.print_help())
         self._add = add
 
@@ -170,7 +170,7 @@ def _joined_faults(words: Sequence[str]) -> str:
     return f"join faults by +: {'+'.join(faults)}" if are_known else ""
 
 
-def number(
+def parse_number(
     text: str, *, kind: Callable[[str], _N], expected: str, least: float | None = None, most: float = inf
 ) -> _N:
     """Parse a number of a kind, `int` or `float`, that is `expected` in words, in [least, most]."""
@@ -181,7 +181,7 @@ def number(
     raise argparse.ArgumentTypeError(f"expected {expected}, got {text!r}")
 
 
-at_least_one: Final = partial(number, kind=int, expected="a whole number of at least 1", least=1)
+at_least_one: Final = partial(parse_number, kind=int, expected="a whole number of at least 1", least=1)
 """Parses a whole number of at least 1."""
 
 

@@ -196,12 +196,11 @@ def _scenario_files(plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> Files
 
 def _left_out(plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> list[str]:
     kept = sum((place / IMAGES_FILE).exists() for place in runs)
-    left_out = [f"The images of {counted(kept, 'run')} are left out: they can be made again."] if kept else []
-    if plan.bag is not None:
-        left_out.append(
-            f"The flight {plan.bag} is left out: who runs something again needs it (SHA-256 over its files: "
-            f"{plan.bag_checksum})."
-        )
-    if plan.model not in list_models():
-        left_out.append(f"The model {plan.model} is left out: who runs something again needs it.")
-    return left_out
+    parts = {
+        f"The images of {counted(kept, 'run')} are left out: they can be made again.": kept > 0,
+        f"The flight {plan.bag} is left out: who runs something again needs it (SHA-256 over its files: "
+        f"{plan.bag_checksum}).": plan.bag is not None,
+        f"The model {plan.model} is left out: who runs something again needs it.": plan.model
+        not in list_models(),
+    }
+    return [text for text, is_missing in parts.items() if is_missing]

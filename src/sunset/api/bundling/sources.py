@@ -191,13 +191,9 @@ def _packed_words(manager: str, parts: Mapping[str, Path | bytes], folder: str) 
 
 def find_extension_sources() -> tuple[dict[str, str], Files]:
     """Return the places of the sources of the loaded extensions, by name, and these files."""
-    places: dict[str, str] = {}
-    files: Files = {}
-    for extension in loaded_extensions():
-        source = Path(extension.source)
-        place = f"extensions/{folder_name(extension.name)}/{source.name}"
-        places[extension.name], files[place] = place, source
-    return places, files
+    sources = {extension.name: Path(extension.source) for extension in loaded_extensions()}
+    places = {name: f"extensions/{folder_name(name)}/{file.name}" for name, file in sources.items()}
+    return places, {places[name]: file for name, file in sources.items()}
 
 
 def differing_sources(opened: OpenedBundle) -> Iterator[str]:

@@ -1,3 +1,7 @@
+from sunset.api.bundling import bundle as bundle
+from sunset.api.bundling import verify as verify
+from sunset.api.catalogue import check_split as check_split
+from sunset.api.catalogue import generate_split as generate_split
 from sunset.api.catalogue import list_faults as list_faults
 from sunset.api.catalogue import list_managers as list_managers
 from sunset.api.catalogue import list_scenarios as list_scenarios
@@ -9,8 +13,6 @@ from sunset.api.flights import render_flight as render_flight
 from sunset.api.options import CampaignOptions as CampaignOptions
 from sunset.api.pictures import fault_figure as fault_figure
 from sunset.api.pictures import fault_picture as fault_picture
-from sunset.api.publishing import bundle as bundle
-from sunset.api.publishing import verify as verify
 from sunset.api.results import Results as Results
 from sunset.api.results import load as load
 from sunset.api.results import report as report
@@ -20,8 +22,6 @@ from sunset.api.running import bench as bench
 from sunset.api.running import check_manager as check_manager
 from sunset.api.running import plan_bench as plan_bench
 from sunset.api.running import run as run
-from sunset.api.splits import check_split as check_split
-from sunset.api.splits import generate_split as generate_split
 from sunset.api.viewing import Run as Run
 from sunset.api.viewing import view as view
 from sunset.api.viewing import write_site as write_site

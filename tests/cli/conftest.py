@@ -8,7 +8,7 @@ import pytest
 
 from sunset.cli import main
 
-PROGRESS = re.compile(r"Loading …|[A-Z]\w*( \w+)*: (\d+ of \d+, )?\d+ s(, \d+:\d\d:\d\d left)?")
+PROGRESS = re.compile(r"[A-Z]\w*( \w+)*: (\d+ of \d+, )?\d+ s(, \d+:\d\d:\d\d left)?")
 """A line of it, which what takes longer than half a second writes."""
 _ASIDE = re.compile(rf"{PROGRESS.pattern}|Managing systems run without .*")
 """Progress, or which walls this system lacks."""

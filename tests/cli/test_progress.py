@@ -1,20 +1,16 @@
 """Long work says on stderr what it does, from its beginning on."""
 
 import io
-import os
-import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
-from pathlib import Path
+from contextlib import contextmanager
 
 import pytest
 from rich.console import Console
 from tests.cli.conftest import PROGRESS
 
-from sunset.cli import _main
 from sunset.cli import progress as module
 from sunset.cli.progress import progress_bar, rendering_progress
 from sunset.processes.calls import Watch, call_isolated
@@ -55,7 +51,6 @@ def stderr(capsys: pytest.CaptureFixture[str]) -> Stderr:
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let lines come soon; no time passes for them."""
     monkeypatch.setattr(module, "monotonic", lambda: 7.0)
-    monkeypatch.setattr(_main, "_QUICK_S", 0.01)
     monkeypatch.setattr(module, "_QUICK_S", 0.01)
     monkeypatch.setattr(module, "_LINE_EVERY_S", 0.05)
 
@@ -130,23 +125,11 @@ def test_lines_are_less_than_2_s_apart_for_ten_minutes(monkeypatch: pytest.Monke
     assert pauses[0] < 2
 
 
-@pytest.mark.parametrize("work", [lambda: progress_bar("Building"), _main._loading])
-def test_quick_work_is_done_in_silence(
-    work: Callable[[], AbstractContextManager[object]], capsys: pytest.CaptureFixture[str]
-) -> None:
-    with work():
+def test_quick_work_is_done_in_silence(capsys: pytest.CaptureFixture[str]) -> None:
+    with progress_bar("Building"):
         pass
 
     assert capsys.readouterr().err == ""
-
-
-@pytest.mark.usefixtures("impatient")
-def test_a_program_that_is_slow_to_load_says_so(stderr: Stderr) -> None:
-    with _main._loading():
-        wait_until(lambda: bool(stderr.lines))
-        wait(0.1)
-
-    assert stderr.lines == ["Loading …"]
 
 
 def test_a_terminal_shows_the_work_before_it_says_how_far_it_is() -> None:
@@ -199,17 +182,3 @@ def test_a_process_forked_while_it_is_drawn_can_write_to_stderr(
             call_isolated(say, limit_s=10)
 
     assert capfd.readouterr().err.count("heard") == 30
-
-
-def test_an_extension_that_takes_long_to_load_is_named(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "door")
-    file = tmp_path / "slow.py"
-    file.write_text(
-        f"from sunset.system import Extension\nopen({str(tmp_path / 'door')!r}).read()\nEXTENSION = Extension()\n"
-    )
-    command = [sys.executable, "-m", "sunset", "scenarios", "list", "--extension", str(file)]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stderr is not None
-        assert process.stderr.readline() == f"Loading {file} …\n"
-        (tmp_path / "door").write_text("")
-        assert process.wait(60) == 0

@@ -19,7 +19,7 @@ from sunset.experiments import RunSpec, Settings, Timing, run
 from sunset.managing.program import Answer
 from sunset.perception import load_model
 from sunset.recording import StoredRun, read_messages, read_run
-from sunset.recording.stored import read_stored_run
+from sunset.recording.reader import read_stored_run
 from sunset.scenarios import load_scenario
 from sunset.system import COMMANDS_TOPIC, current_system
 from sunset.system_interfaces.msg import Diagnosis

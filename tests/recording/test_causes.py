@@ -5,8 +5,8 @@ from dataclasses import replace
 from functools import partial
 
 from sunset.metrics import Episode, FaultOutcome, Injection, RunMetrics, Setting, Timeline, score
-from sunset.recording.causes import Cause, causes_of
 from sunset.recording.schema import StoredFault
+from sunset.recording.story import Cause, causes_of
 
 
 def timeline(injections: Sequence[Injection], settings: Sequence[Setting] = ()) -> Timeline:

@@ -5,7 +5,6 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import AbstractContextManager
 from decimal import Decimal
-from math import inf
 from numbers import Real
 from pathlib import Path
 from typing import Any, Final, TypeAlias
@@ -40,14 +39,10 @@ def as_path(path: str | Path, name: str) -> Path:
     """Return a path that was given as a text or a path; messages call it `name`.
 
     Raises:
-        InvalidInputError: it is neither, or empty, or too long for a file.
+        InvalidInputError: it is neither, or empty.
     """
-    if not isinstance(path, str | Path) or not str(path) or "\0" in str(path):
+    if not isinstance(path, str | Path) or not str(path):
         raise InvalidInputError(f"The {name} must be a path, got {shown(path)}.")
-    try:
-        Path(path).exists()
-    except OSError as error:
-        raise InvalidInputError(f"The {name} cannot be {shown(str(path))}: {error.strerror}.") from error
     return Path(path)
 
 
@@ -66,10 +61,7 @@ def whole_of(value: Any) -> Any:
 
 def number_of(value: Any) -> Any:
     """Return a number as Python's own; any other value is returned as it is, for a later check."""
-    try:
-        return value if isinstance(value, bool) or not isinstance(value, Real | Decimal) else float(value)
-    except OverflowError:
-        return inf
+    return value if isinstance(value, bool) or not isinstance(value, Real | Decimal) else float(value)
 
 
 def count_of(number: int | None, name: str) -> int | None:
@@ -82,30 +74,6 @@ def count_of(number: int | None, name: str) -> int | None:
     if count is not None and (isinstance(count, bool) or not isinstance(count, int) or count < 1):
         raise InvalidInputError(f"The number of {name} must be a whole one from 1 on, got {shown(number)}.")
     return count
-
-
-def check_progress(*functions: object) -> None:
-    """Check that functions that are called with the progress are functions, or None.
-
-    Raises:
-        InvalidInputError: a function cannot be called.
-    """
-    for function in functions:
-        if function is not None and not callable(function):
-            raise InvalidInputError(
-                f"The progress must be a function that is called with it, got {shown(function)}."
-            )
-
-
-def check_flags(**flags: object) -> None:
-    """Check that values, by their names, are true or false.
-
-    Raises:
-        InvalidInputError: a value is neither.
-    """
-    for name, value in flags.items():
-        if not isinstance(value, bool):
-            raise InvalidInputError(f"The argument {name} must be true or false, got {shown(value)}.")
 
 
 def check_names(options: Mapping[str, object], known: Collection[str]) -> None:
@@ -121,30 +89,28 @@ def check_names(options: Mapping[str, object], known: Collection[str]) -> None:
             )
 
 
-def names_of(names: str | Sequence[str], kind: str) -> tuple[str, ...]:
-    """Return names of a kind, given as a list or as a text in which commas outside quotes separate them.
+def names_of(names: str | Path | Sequence[str | Path], kind: str) -> tuple[str, ...]:
+    """Return names or paths of a kind, given as a list, or as a text in which commas outside quotes separate them.
 
     Raises:
         InvalidInputError: they are anything else.
     """
-    listed = _ITEMS.findall(names) if isinstance(names, str) else names
-    if not isinstance(listed, list | tuple) or not all(isinstance(name, str) for name in listed):
+    listed: object = [names] if isinstance(names, Path) else names  # a path may have commas in it
+    listed = _ITEMS.findall(listed) if isinstance(listed, str) else listed
+    if not isinstance(listed, list | tuple) or not all(isinstance(name, str | Path) for name in listed):
         raise InvalidInputError(f"The {kind} must be a list of names, got {shown(names)}.")
-    return tuple(name.strip() for name in listed if name.strip())
+    return tuple(name for name in (str(each).strip() for each in listed) if name)
 
 
 def chosen_names(
-    names: str | Path | tuple[str | Path, ...] | list[str | Path], kind: str, *, values: str, default: str
+    names: str | Path | Sequence[str | Path], kind: str, *, values: str, default: str
 ) -> tuple[str, ...]:
-    """Return names or paths of a kind as texts; an empty tuple stands for the default.
+    """Return names as `names_of` does; an empty tuple stands for the default.
 
     Raises:
-        InvalidInputError: they are neither, or an empty text, which is less than the default.
+        InvalidInputError: they are not names, or an empty text, which is less than the default.
     """
-    listed: Any = [names] if isinstance(names, Path) else names
-    if isinstance(listed, list | tuple):  # a path may have commas in it
-        listed = [str(name) if isinstance(name, Path) else name for name in listed]
-    chosen = names_of(listed, kind)
+    chosen = names_of(names, kind)
     if not chosen and names not in ((), []):
         raise InvalidInputError(
             f"The {kind} must be {values}, got {shown(names)}; leave them out for {default}."
@@ -152,6 +118,6 @@ def chosen_names(
     return chosen
 
 
-def chosen_flights(names: str | Path | tuple[str | Path, ...] | list[str | Path]) -> tuple[str, ...]:
+def chosen_flights(names: str | Path | Sequence[str | Path]) -> tuple[str, ...]:
     """Return the flights of a campaign; an empty tuple stands for each scenario's own flight."""
     return chosen_names(names, "flights", values="names or bags", default="each scenario's own")

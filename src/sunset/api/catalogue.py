@@ -1,17 +1,32 @@
-"""The catalogue: suites, scenarios, faults and managing systems."""
+"""The catalogue: suites, scenarios, splits of scenarios, faults and managing systems."""
 
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import sunset
-from sunset.api.arguments import as_path, names_of
-from sunset.scenarios import Scenario, generate, load_suite, scenario_names, suite_names
+from sunset.api.arguments import Extensions, as_path, extended, names_of, whole_of
+from sunset.scenarios import (
+    SPLITS,
+    Scenario,
+    SplitDescription,
+    SplitSpec,
+    generate,
+    load_suite,
+    read_salt,
+    scenario_names,
+    suite_names,
+    write_split,
+)
+from sunset.scenarios import check_split as check_folder
 from sunset.system import Fault, current_system, get_fault
 
 __all__ = [
+    "SPLITS",
     "Fault",
+    "check_split",
     "failure_text",
+    "generate_split",
     "get_fault",
     "list_faults",
     "list_managers",
@@ -75,3 +90,63 @@ def list_managers() -> "Mapping[str, type[ManagingSystem]]":
     from sunset.managing import MANAGERS  # noqa: PLC0415  slow, and not needed for the other lists
 
     return MANAGERS
+
+
+def generate_split(
+    split: str,
+    count: int,
+    out: str | Path,
+    *,
+    seed: int = 0,
+    flights: bool = False,
+    salt_file: str | Path | None = None,
+    extensions: Extensions = (),
+) -> SplitDescription:
+    """Write scenarios for training, validation or test into a folder, as `sunset scenarios generate --split` does.
+
+    Args:
+        split: `train`, `validation`, `test` or `wild`; they never share a scenario.
+        count: how many scenarios, from 1 to 9999; a smaller split is the beginning of a larger split.
+        out: the folder, which must not exist, or be empty.
+        seed: of everything that is drawn.
+        flights: whether each scenario has a flight of its own, in place of the default flight.
+        salt_file: a file with a secret that the draws depend on besides.
+        extensions: of the managed system, whose faults are drawn, too.
+
+    Returns:
+        The content of the folder's `split.json`; `sha256` pins the scenarios.
+
+    Raises:
+        InvalidInputError: the split is unknown, a number is out of range, or the salt is not usable.
+        OutputError: the folder is not empty, or cannot be written.
+    """
+    folder, salt = as_path(out, "folder of the split"), _salt(salt_file)
+    with extended(extensions):
+        spec = SplitSpec(split=split, count=whole_of(count), seed=whole_of(seed), flights=flights, salt=salt)
+        return write_split(spec, folder)
+
+
+def check_split(
+    folder: str | Path, *, salt_file: str | Path | None = None, extensions: Extensions = ()
+) -> SplitDescription:
+    """Generate the split of a folder again and compare the scenarios, as `sunset scenarios check` does.
+
+    Args:
+        folder: the folder that `generate_split` has written.
+        salt_file: the file with the secret of the split.
+        extensions: those that the split was generated with.
+
+    Returns:
+        The content of the folder's `split.json`.
+
+    Raises:
+        ScenarioError: the folder is not a split, or its scenarios differ from the generated scenarios.
+        InvalidInputError: the salt is missing or wrong.
+    """
+    place, salt = as_path(folder, "folder of the split"), _salt(salt_file)
+    with extended(extensions):
+        return check_folder(place, salt)
+
+
+def _salt(file: str | Path | None) -> bytes:
+    return b"" if file is None else read_salt(as_path(file, "salt's file"))

@@ -8,7 +8,6 @@ from sunset import data
 from sunset.api.arguments import (
     Extensions,
     as_path,
-    check_progress,
     chosen_flights,
     count_of,
     extended,
@@ -55,7 +54,6 @@ def render_flight(
         InvalidInputError: the plan is not possible.
         OutputError: the bag cannot be written, or not kept.
     """
-    check_progress(progress)
     chosen = FlightPlan() if plan is None else plan
     if not isinstance(chosen, FlightPlan):
         raise InvalidInputError(f"The plan of a flight must be a FlightPlan, got {chosen!r}.")
@@ -76,7 +74,6 @@ def bag_statistics(bag: str | Path | None = None, *, progress: Progress | None =
     Raises:
         DataError: the bag is missing or damaged.
     """
-    check_progress(progress)
     with read_bag(optional_path(bag, "bag") or default_flight()) as reader:
         return data.bag_statistics(reader, progress=progress)
 
@@ -106,9 +103,9 @@ def measure_flights(
     Raises:
         SunsetError: the model or a flight is not usable.
     """
-    check_progress(progress)
     loaded = model if isinstance(model, Model) else load_model(model)
     device, jobs = find_device(device), count_of(jobs, "jobs")
+    cache = inference_file() if device == "cpu" else None
     with extended(extensions):
         chosen = parse_flights(chosen_flights(flights))
         plans = [FlightPlan.of(flight, DEFAULT_FLIGHT.frames) for flight in chosen if flight.bag is None]
@@ -119,16 +116,11 @@ def measure_flights(
             stage = f"Measuring the flight {flight.name} ({number} of {len(chosen)})"
             measuring = None if progress is None else partial(progress, stage)
             path = next(rendered) if flight.bag is None else flight.bag
-            thresholds[flight.name] = _thresholds(loaded, path, device, jobs, measuring)
+            with read_bag(path, size=(loaded.card.height, loaded.card.width)) as reader:
+                thresholds[flight.name] = flight_thresholds(
+                    loaded, reader, device=device, cache=cache, jobs=jobs, progress=measuring
+                )
         return thresholds
-
-
-def _thresholds(
-    model: Model, bag: Path, device: str, jobs: int | None, progress: Progress | None
-) -> FlightThresholds:
-    cache = inference_file() if device == "cpu" else None
-    with read_bag(bag, size=(model.card.height, model.card.width)) as reader:
-        return flight_thresholds(model, reader, device=device, cache=cache, jobs=jobs, progress=progress)
 
 
 def flights_text(model: str, thresholds: Mapping[str, FlightThresholds]) -> str:

@@ -25,25 +25,18 @@ class ListedModel:
     frame_ms: float
 
 
-@dataclass(frozen=True)
-class ModelSurvey:
-    """The installed models, the commands that install others, and why some cannot be loaded."""
+def survey_models(device: str = "cpu") -> tuple[list[ListedModel], dict[str, str], list[str]]:
+    """Return the installed models, with the time that each takes for a frame on a device, measured now.
 
-    models: list[ListedModel]
-    missing: Mapping[str, str]
-    complaints: list[str]
-
-
-def survey_models(device: str = "cpu") -> ModelSurvey:
-    """Return the installed models, with the time that each takes for a frame on a device, measured now."""
+    Also return the commands that install others, and the reasons why some cannot be loaded.
+    """
     models, complaints = [], []
     for name in list_models():
         try:
             models.append(_listed(name, device))
         except ModelError as error:  # maybe of another distribution, whose model is broken
             complaints.append(str(error))
-    missing = {name: command for name, command in OFFERED.items() if name not in list_models()}
-    return ModelSurvey(models, missing, complaints)
+    return models, {name: OFFERED[name] for name in OFFERED if name not in list_models()}, complaints
 
 
 def _listed(name: str, device: str) -> ListedModel:

@@ -1,6 +1,6 @@
 """Arguments of calls that run experiments, as specifications of runs and campaigns."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -80,10 +80,9 @@ def run_spec_of(
         ManagerError: the managing system is not usable, or is not a name although the run is live.
     """
     settings = settings_of(options)
-    _check_named(manager, settings)
     return RunSpec(
         scenario=scenario if isinstance(scenario, Scenario) else load_scenario(scenario),
-        manager=_manager_name(manager),
+        manager=_manager_name(manager, settings),
         seed=whole_of(seed),
         settings=settings,
     )
@@ -98,64 +97,50 @@ def campaign_of(suite: str | Path, managers: Managers, options: Mapping[str, Any
     check_names(options, CampaignOptions.__annotations__)
     own = {name: whole_of(options[name]) for name in options if name not in Options.__annotations__}
     settings = settings_of({name: value for name, value in options.items() if name not in own})
-    _check_named(managers, settings)
     return BenchSpec(
         suite=str(suite) if isinstance(suite, Path) else suite,
         scenarios=chosen_names(
             own.pop("scenarios", ()), "scenarios", values="names of the suite's", default="all"
         ),
-        managers=_manager_names(managers),
+        managers=_manager_names(managers, settings),
         flights=chosen_flights(own.pop("flights", ())),
         settings=settings,
         **own,
     )
 
 
-def _check_named(managers: Managers, settings: Settings) -> None:
-    """Check that managing systems of live runs are names, since their processes are not forked from this process.
-
-    Raises:
-        ManagerError: a managing system is a class or a function.
-    """
-    listed = managers.values() if isinstance(managers, Mapping) else managers
-    listed = listed if isinstance(listed, Collection) and not isinstance(listed, str) else [listed]
-    for manager in listed:
-        if settings.live and callable(manager):
-            raise ManagerError(
-                f"A class or function cannot manage a live run, got {shown(manager)}: live, name it FILE.py:Class or "
-                "module:Class."
-            )
-
-
-def _manager_name(manager: Manager) -> str:
+def _manager_name(manager: Manager, settings: Settings) -> str:
     """Return the name by which experiments load a managing system."""
-    return manager if isinstance(manager, str) else register_manager(manager)
+    if isinstance(manager, str):
+        return manager
+    if settings.live and callable(manager):  # its process is not forked from this process
+        raise ManagerError(
+            f"A class or function cannot manage a live run, got {shown(manager)}: live, name it FILE.py:Class or "
+            "module:Class."
+        )
+    return register_manager(manager)
 
 
-def _manager_names(managers: Managers) -> tuple[str, ...]:
-    """Return the names, with their labels, of managing systems that were given as a list, or by label.
-
-    Raises:
-        ManagerError: an object is not a managing system, or two have the same name.
-    """
+def _manager_names(managers: Managers, settings: Settings) -> tuple[str, ...]:
+    """Return the names, with their labels, of managing systems that were given as a list, or by label."""
     if isinstance(managers, Mapping):
-        return _labelled_names(managers)
+        return _labelled_names(managers, settings)
     if isinstance(managers, str):
         return names_of(managers, "managing systems")
     listed: list[Manager] = list(managers) if isinstance(managers, list | tuple) else [managers]
-    names = [_manager_name(manager) for manager in listed]
+    names = tuple(_manager_name(manager, settings) for manager in listed)
     classes: dict[str, Manager] = {}
     for manager, name in zip(listed, names, strict=True):
         if not isinstance(manager, str) and classes.setdefault(name, manager) is not manager:
             raise ManagerError(f"Two managing systems are called {name}: give each a label.")
-    return tuple(names)
+    return names
 
 
-def _labelled_names(managers: Mapping[str, Manager]) -> tuple[str, ...]:
+def _labelled_names(managers: Mapping[str, Manager], settings: Settings) -> tuple[str, ...]:
     if not all(isinstance(label, str) for label in managers):
         raise ManagerError(f"The labels of managing systems must be texts, got {shown(list(managers))}.")
     firsts: dict[str, Manager] = {}
-    names = {label: _manager_name(manager) for label, manager in managers.items()}
+    names = {label: _manager_name(manager, settings) for label, manager in managers.items()}
     for label, manager in managers.items():
         if not isinstance(manager, str):  # the name may now belong to another class
             is_shared = firsts.setdefault(names[label], manager) is not manager

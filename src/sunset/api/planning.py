@@ -1,6 +1,6 @@
 """Forecasts of campaigns: how many runs, how long they take, and which differences they would detect."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import timedelta
 from itertools import pairwise
@@ -37,12 +37,11 @@ _MOMENT_S: Final = 0.01
 """Files that were written within this time were copied."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Prospect:
     """The power of a campaign for two managing systems that differ as a known pair does.
 
     Attributes:
-        pair: the known pair.
         power: probability of detecting a difference of `DIFFERENCE` in utility; None without an interval.
         detectable: the difference that is detected with a probability of `POWER`; None likewise.
         repetitions: how many of them detect `DIFFERENCE` with that probability; None where no number does.
@@ -102,7 +101,7 @@ class CampaignForecast:
         """Return it as lines of text."""
         lines = [f"{name}: {counted(number, 'run')}" for name, number in self.runs.items()]
         lines.append(f"In all: {counted(self.total, 'run')}{_spread_text(self.design)}.")
-        if self.pace_s is None or self.duration_s is None:
+        if self.duration_s is None:
             lines.append("How long they take is not known.")
         else:
             whole = timedelta(seconds=round(self.duration_s))
@@ -110,27 +109,25 @@ class CampaignForecast:
             lines.append(f"They take about {whole}: {self.pace_s:.2g} s a run, as measured in {where}.")
         return "\n".join([*lines, *self._power_lines()])
 
-    def _power_lines(self) -> list[str]:
+    def _power_lines(self) -> Iterator[str]:
         if self.design is None:
-            return ["Which differences they detect is not known: the scenarios are on flights of their own."]
+            yield "Which differences they detect is not known: the scenarios are on flights of their own."
+            return
         if self.design.repetitions < LEAST_LEVELS:
-            return [f"They detect no difference: fewer than {LEAST_LEVELS} repetitions have no interval."]
-        where = f"on {counted(self.design.flights, 'flight')}"
-        heading = (
+            yield f"They detect no difference: fewer than {LEAST_LEVELS} repetitions have no interval."
+            return
+        yield (
             f"If two managing systems differ as those of a line do ({self.source}), a difference of {DIFFERENCE:g} in "
             "utility is detected with this probability:"
         )
-        lines = [
-            heading,
-            *(f"  {prospect.pair}: {_prospect_text(prospect, where)}" for prospect in self.prospects),
-        ]
+        where = f"on {counted(self.design.flights, 'flight')}"
+        yield from (f"  {prospect.pair}: {_prospect_text(prospect, where)}" for prospect in self.prospects)
         sizes = {"degradations": self.design.alike, "flights": self.design.flights}
         if few := [name for name, size in sizes.items() if size < LEAST_LEVELS]:
-            lines.append(
+            yield (
                 f"This is of these {listed(few)} only. What is said of others, too, needs at least {LEAST_LEVELS}, and "
                 "more runs."
             )
-        return lines
 
 
 def _spread_text(design: Design | None) -> str:
@@ -147,12 +144,12 @@ def _spread_text(design: Design | None) -> str:
 def _prospect_text(prospect: Prospect, where: str) -> str:
     if prospect.power is None or prospect.detectable is None:
         return f"not known {where}, since the variances are of fewer flights or degradations."
-    needed = f"no number of repetitions {where} reaches {100 * POWER:g} %"
-    if prospect.repetitions is not None:
-        needed = f"{prospect.repetitions} repetitions {where} reach {100 * POWER:g} %"
+    some = prospect.repetitions
+    needed = f"{some} repetitions {where} reach" if some else f"no number of repetitions {where} reaches"
+    chance = f"{100 * POWER:g} %"
     return (
-        f"{100 * prospect.power:.0f} %; {needed}; this campaign detects a difference of {prospect.detectable:.3f} with "
-        f"{100 * POWER:g} %"
+        f"{100 * prospect.power:.0f} %; {needed} {chance}; this campaign detects a difference of "
+        f"{prospect.detectable:.3f} with {chance}"
     )
 
 
@@ -171,19 +168,7 @@ def count_runs(spec: BenchSpec) -> dict[str, int]:
 def forecast(
     spec: BenchSpec, like: Path | None = None, *, jobs: int | None = None, preparing: Stages | None = None
 ) -> CampaignForecast:
-    """Return the runs of a campaign, their duration and their power.
-
-    Args:
-        spec: the campaign.
-        like: the folder of an earlier campaign, from which pace and variances are taken. If it is None, two runs are
-            done and timed, unless the campaign is live.
-        jobs: how many runs there would be at a time; None for as many as `bench` does.
-        preparing: called with (stage, frames done, frames in all) before the trial runs.
-
-    Raises:
-        RecordError: the folder or its runs are missing or damaged.
-        InvalidInputError: the campaign is not usable.
-    """
+    """Return the runs of a campaign, their duration and their power, as `sunset.plan_bench` does."""
     spreads, source = dict(VARIANCES), "baseline, reactive and oracle on the test split"
     if like is not None:
         if measured := _measured(like):
@@ -217,14 +202,9 @@ def _design(runs: Sequence[RunSpec], repetitions: int) -> Design | None:
 
 def _prospect(pair: str, spread: Spread, design: Design) -> Prospect:
     if design.repetitions < LEAST_LEVELS or not reaches(spread, design):
-        return Prospect(pair=pair)
+        return Prospect(pair)
     planned = replace(spread, sizes=design)
-    return Prospect(
-        pair=pair,
-        power=power(planned),
-        detectable=detectable(planned),
-        repetitions=repetitions_needed(planned),
-    )
+    return Prospect(pair, power(planned), detectable(planned), repetitions_needed(planned))
 
 
 def _measured(folder: Path) -> dict[str, Spread]:

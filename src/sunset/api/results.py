@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
-from sunset.api.arguments import Extensions, as_path, check_flags, check_progress, extended
+from sunset.api.arguments import Extensions, as_path, extended
 from sunset.errors import RecordError
 from sunset.evaluation import report_figures
 from sunset.evaluation.agreement import AGREEMENT_FORMATS, format_agreement
@@ -133,11 +133,8 @@ def load(path: str | Path, *, recompute: bool = False, extensions: Extensions = 
         RecordError: the folder or its runs are missing, damaged or of another version.
     """
     folder = as_path(path, "folder of stored runs")
-    if folder.is_file():
-        raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
-    check_flags(recompute=recompute)
     with extended(extensions):
-        if is_run(folder):
+        if folder.is_file() or is_run(folder):
             from sunset.api.viewing import Run  # noqa: PLC0415  slow, and not needed for reports
 
             return Run.of(read_stored_run(folder), extensions=extensions)
@@ -174,23 +171,17 @@ def report(
         InvalidInputError: the format is unknown.
     """
     folder = as_path(path, "folder of stored runs")
-    check_flags(every=every, recompute=recompute, paper=paper, runs=runs)
-    check_progress(progress)
     with extended(extensions):
         if paper:
-            return _paper_report(folder, form or FORMATS[0], progress)
+            from sunset.evaluation.published import paper_report  # noqa: PLC0415  slow, and rarely needed
+
+            return paper_report(folder, form or FORMATS[0], progress=progress)
         if runs:
             return render_runs(folder, form or RUNS_FORMATS[0], recompute=recompute, progress=progress)
         if form is None and not (every or recompute) and is_run(folder):
             return f"{read_stored_run(folder)}\n"
         rows = load_results(folder, again=recompute, progress=progress)
         return format_runs(rows, form or FORMATS[0], every=every)
-
-
-def _paper_report(folder: Path, form: str, progress: Progress | None) -> str:
-    from sunset.evaluation.published import paper_report  # noqa: PLC0415  slow, and rarely needed
-
-    return paper_report(folder, form, progress=progress)
 
 
 def unfinished_remark(folder: Path) -> str:
@@ -228,8 +219,6 @@ def write_figures(
         RecordError: the runs are missing or damaged.
         OutputError: the folder exists and is not empty, or cannot be written.
     """
-    check_progress(progress)
-    check_flags(recompute=recompute)
     with extended(extensions):
         return report_figures.write_figures(
             as_path(path, "folder of stored runs"),

@@ -1,13 +1,14 @@
 """Runs and campaigns: executed, planned, checked and compared."""
 
 import tempfile
-from collections.abc import Mapping
+from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Unpack
 
 from sunset import experiments
-from sunset.api.arguments import as_path, check_flags, check_progress, extended, optional_path, whole_of
+from sunset.api.arguments import as_path, extended, optional_path, whole_of
 from sunset.api.options import CampaignOptions, Manager, Managers, campaign_of, run_spec_of
 from sunset.api.planning import CampaignForecast, count_runs, forecast
 from sunset.api.results import Results
@@ -70,12 +71,11 @@ def run(
         ManagerError: the managing system could not be loaded, or kept the system from coming up.
         OutputError: the record cannot be written.
     """
-    check_flags(log=log)
     extensions = options.get("extensions", ())
     with extended(extensions), tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         spec = run_spec_of(scenario, manager, seed, options)
         folder = Path(temporary, "run") if out is None else as_path(out, "folder of the record")
-        stored = experiments.run(spec, folder, log=log, preparing=_preparing(options))
+        stored = experiments.run(spec, folder, log=log, preparing=options.get("preparing"))
         return Run.of(stored, extensions=extensions, is_kept=out is not None)
 
 
@@ -106,13 +106,19 @@ def bench(
         SunsetError: `out` cannot be written, another process runs its campaign, or a worker was killed; finished runs
             are kept.
     """
-    check_progress(progress, _preparing(options))
-    work: dict[str, Any] = {"jobs": whole_of(jobs), "shard": None if shard is None else Shard.parse(shard)}
-    reports: dict[str, Any] = {"progress": progress, "preparing": _preparing(options)}
     with extended(options.get("extensions", ())):
         spec = campaign_of(suite, managers, options)
         folder = as_path(out, "folder of the results")
-        experiments.bench(spec, folder, **work, **reports)
+        with nullcontext(executor) if scheduler is None else connected_scheduler(scheduler) as workers:
+            experiments.bench(
+                spec,
+                folder,
+                jobs=whole_of(jobs),
+                shard=None if shard is None else Shard.parse(shard),
+                executor=workers,
+                progress=progress,
+                preparing=options.get("preparing"),
+            )
         return Results(folder, load_results(folder))
 
 
@@ -138,11 +144,10 @@ def plan_bench(
         InvalidInputError: an argument is not usable.
         RecordError: the earlier campaign is missing or damaged.
     """
-    check_progress(_preparing(options))
     with extended(options.get("extensions", ())):
         spec = campaign_of(suite, managers, options)
         earlier = optional_path(like, "folder of an earlier campaign")
-        return forecast(spec, earlier, jobs=whole_of(jobs), preparing=_preparing(options))
+        return forecast(spec, earlier, jobs=whole_of(jobs), preparing=options.get("preparing"))
 
 
 def added_runs(suite: str | Path, managers: Managers, **options: Unpack[CampaignOptions]) -> list[str]:
@@ -171,10 +176,9 @@ def check_manager(
     Raises:
         SunsetError: as `run`.
     """
-    check_progress(progress, _preparing(options))
     with extended(options.get("extensions", ())):
         spec = run_spec_of(scenario, manager, seed, options)
-        return experiments.check_manager(spec, progress=progress, preparing=_preparing(options))
+        return experiments.check_manager(spec, progress=progress, preparing=options.get("preparing"))
 
 
 def agree(
@@ -201,49 +205,29 @@ def agree(
     Raises:
         SunsetError: as `bench`.
     """
-    check_progress(progress, _preparing(options))
-    check_flags(stored=stored)
     folder = as_path(out, "folder of the results")
     if "middleware" in options:
         raise InvalidInputError("An agreement is of the simulation with live runs: leave the middleware out.")
     with extended(options.get("extensions", ())):
         if not stored:
-            campaigns = _paired_campaigns(suite, managers, options)
-            _run_pairs(campaigns, folder, whole_of(jobs), progress, _preparing(options))
+            fixed: CampaignOptions = {"middleware": LIVE, "references": False, "score": False}
+            live = campaign_of(suite, managers, {"repetitions": 1, **options, **fixed})
+            live_middleware()
+            _run_pairs(live, folder, whole_of(jobs), progress, options.get("preparing"))
         return compare(folder / "sim", folder / "live", progress=progress if stored else None)
 
 
 def _run_pairs(
-    campaigns: Mapping[str, BenchSpec],
-    folder: Path,
-    jobs: int | None,
-    progress: Progress | None,
-    preparing: Stages | None,
+    live: BenchSpec, folder: Path, jobs: int | None, progress: Progress | None, preparing: Stages | None
 ) -> None:
+    sim = replace(live, settings=replace(live.settings, middleware=SIMULATED, speed=1.0))
+    pairs = min(len(experiments.plan(spec)) for spec in (live, sim))  # an error in either ends both
     done = 0
 
-    def update(count: int, total: int) -> None:
+    def update(count: int, _: int) -> None:
         if progress is not None:
-            progress(done + count, len(campaigns) * total)
+            progress(done + count, 2 * pairs)
 
-    for name, spec in campaigns.items():
-        workers = 1 if spec.settings.live else jobs
+    for name, spec, workers in (("sim", sim, jobs), ("live", live, 1)):
         experiments.bench(spec, folder / name, jobs=workers, progress=update, preparing=preparing)
-        done += len(experiments.plan(spec))
-
-
-def _paired_campaigns(
-    suite: str | Path, managers: Managers, options: Mapping[str, Any]
-) -> dict[str, BenchSpec]:
-    """Return the simulated and the live campaign by their folders; an error in either is raised before both run."""
-    fixed = {"middleware": LIVE, "references": False, "score": False}
-    live = campaign_of(suite, managers, {"repetitions": 1, **options, **fixed})
-    live_middleware()
-    sim = replace(live, settings=replace(live.settings, middleware=SIMULATED, speed=1.0))
-    for spec in (live, sim):
-        experiments.plan(spec)
-    return {"sim": sim, "live": live}
-
-
-def _preparing(options: Mapping[str, Any]) -> Any:
-    return options.get("preparing")
+        done += pairs

@@ -6,21 +6,20 @@ import tempfile
 import webbrowser
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from html import escape
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Final, Self
 from urllib.parse import quote
 
-from sunset.api.arguments import Extensions, as_path, check_flags, check_progress, extended, optional_path
-from sunset.errors import InvalidInputError, RecordError, SunsetError
+from sunset.api.arguments import Extensions, as_path, extended, optional_path
+from sunset.errors import InvalidInputError, SunsetError
 from sunset.files.outputs import draft_of_folder, write_text
 from sunset.processes.workers import Progress, Stages
 from sunset.recording import IMAGES_FILE, StoredRun, read_stored_run
 from sunset.viewing import Viewed, check_comparable, check_page_file, is_shown, page_text
 from sunset_ros.rmw.backends import SIMULATED
-from sunset_ros.texts import shown
 
 _PAGE: Final = "run.html"
 """The page of a run, in a folder of its own, whose place is that of the record below the folder of stored runs."""
@@ -35,25 +34,27 @@ _PLAYED: Final = (
 _LIVE: Final = "It was run live, and its images were not kept, so that there are no pictures."
 
 
+@dataclass(frozen=True, repr=False)
 class Run(StoredRun):
     """A stored run that can be looked at.
 
-    It knows the extensions of the managed system that it was made with. Where its record is not kept, it carries the
-    record's files except images.
+    Attributes:
+        extensions: the extensions that the managed system had, as they were passed.
+        files: where its record is not kept, the record's files except images.
     """
 
-    __slots__ = ("_extensions", "_files")
-    _extensions: Extensions
-    _files: Mapping[str, bytes]
+    extensions: Extensions = field(default=(), kw_only=True)
+    files: Mapping[str, bytes] = field(default_factory=dict, kw_only=True)
 
     @classmethod
     def of(cls, run: StoredRun, *, extensions: Extensions = (), is_kept: bool = True) -> Self:
         """Return a stored run as a run that can be looked at."""
-        viewable = cls(**{field.name: getattr(run, field.name) for field in fields(run) if field.init})
-        object.__setattr__(viewable, "_extensions", extensions)
         files = [] if is_kept else [path for path in run.folder.iterdir() if path.name != IMAGES_FILE]
-        object.__setattr__(viewable, "_files", {path.name: path.read_bytes() for path in files})
-        return viewable
+        return cls(
+            **{each.name: getattr(run, each.name) for each in fields(StoredRun) if each.init},
+            extensions=extensions,
+            files={path.name: path.read_bytes() for path in files},
+        )
 
     def view(
         self, other: StoredRun | str | Path | None = None, *, out: str | Path | None = None, show: bool = True
@@ -77,31 +78,14 @@ class Run(StoredRun):
             f'style="width: 100%; height: {940 if viewed.images else 720}px; border: 0"></iframe>'
         )
 
-    def __getstate__(self) -> object:
-        """Return the state for pickling, the extensions and files included."""
-        return super().__getstate__(), self.extensions, getattr(self, "_files", {})
-
-    def __setstate__(self, state: Any) -> None:
-        """Restore the pickled state."""
-        stored, extensions, files = state
-        super().__setstate__(stored)  # type: ignore[misc]  # a data class has it
-        object.__setattr__(self, "_extensions", extensions)
-        object.__setattr__(self, "_files", files)
-
-    @property
-    def extensions(self) -> Extensions:
-        """The extensions that the managed system had, as they were passed."""
-        return getattr(self, "_extensions", ())
-
     @contextmanager
     def at_hand(self) -> Iterator[StoredRun]:
         """Give the run with a record in its folder, for as long as it is needed."""
-        files = getattr(self, "_files", None)
-        if not files:
+        if not self.files:
             yield self
             return
         with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
-            for name, content in files.items():
+            for name, content in self.files.items():
                 (Path(temporary) / name).write_bytes(content)
             yield replace(self, folder=Path(temporary))
 
@@ -135,49 +119,31 @@ def view(
     Raises:
         SunsetError: a run is missing or failed, both cannot be compared, or the page cannot be written.
     """
-    check_progress(progress)
-    check_flags(show=show)
-    listed = [run] if other is None else [run, other]
-    known = (each.extensions for each in listed if isinstance(each, Run) and each.extensions)
-    with extended(extensions or next(known, ())):
-        runs = [each if isinstance(each, Run) else Run.of(_stored(each)) for each in listed]
+    runs = [run] if other is None else [run, other]
+    known = (each.extensions for each in runs if isinstance(each, Run) and each.extensions)
+    drawing = None if progress is None else partial(progress, "Making pictures")
+    with extended(extensions or next(known, ())), ExitStack() as stack:
+        opened = [_opened(each) for each in runs]
+        names = dict.fromkeys(each.folder.resolve().name for each in opened)
+        file = optional_path(out, "page's file") or Path("-".join(names) + ".html")
+        check_page_file(file)
+        if len(opened) > 1:
+            if opened[0].record == opened[1].record:
+                raise InvalidInputError("A run beside itself shows nothing: name another one, or one only.")
+            check_comparable(opened[0].record, opened[1].record)
+        stored = [stack.enter_context(each.at_hand()) for each in opened]
         sources = None if model is None else str(model), optional_path(bag, "bag")
-        file = _write(runs, optional_path(out, "page's file"), sources, progress)
+        viewed = stack.enter_context(_with_images(stored, *sources, progress))
+        write_text(file, page_text(viewed, progress=drawing), "page")
     if show and can_show_pages():
         webbrowser.open(file.resolve().as_uri())
     return file
 
 
-def _write(
-    runs: Sequence[Run],
-    file: Path | None,
-    sources: tuple[str | None, Path | None],
-    progress: Stages | None,
-) -> Path:
-    if file is None:
-        file = Path("-".join(dict.fromkeys(run.folder.resolve().name for run in runs)) + ".html")
-    check_page_file(file)
-    if len(runs) > 1:
-        if runs[0].record == runs[1].record:
-            raise InvalidInputError("A run beside itself shows nothing: name another one, or one only.")
-        check_comparable(runs[0].record, runs[1].record)
-    drawing = None if progress is None else partial(progress, "Making pictures")
-    with ExitStack() as stack:
-        stored = [stack.enter_context(run.at_hand()) for run in runs]
-        viewed = stack.enter_context(_with_images(stored, *sources, progress))
-        write_text(file, page_text(viewed, progress=drawing), "page")
-    return file
-
-
-def _stored(run: StoredRun | str | Path) -> StoredRun:
-    if isinstance(run, StoredRun):
+def _opened(run: StoredRun | str | Path) -> Run:
+    if isinstance(run, Run):
         return run
-    if not isinstance(run, str | Path):
-        raise InvalidInputError(f"A run is shown by itself or by its folder, got {shown(run)}.")
-    folder = as_path(run, "folder of a run")
-    if folder.is_file():
-        raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
-    return read_stored_run(folder)
+    return Run.of(run if isinstance(run, StoredRun) else read_stored_run(as_path(run, "folder of a run")))
 
 
 def can_show_pages() -> bool:
@@ -235,7 +201,6 @@ def write_site(
     from sunset.evaluation.report import index_page  # noqa: PLC0415  slow, and not needed for a page
     from sunset.evaluation.results import load_results  # noqa: PLC0415  slow, and not needed for a page
 
-    check_progress(progress)
     folder, site = as_path(path, "folder of stored runs"), as_path(out, "folder of the site")
     with extended(extensions):
         runs = load_results(folder)
@@ -244,14 +209,11 @@ def write_site(
             for done, (place, page) in enumerate(pages.items()):
                 if progress is not None:
                     progress(done, len(pages))
-                _write_run(place, draft / page)
+                (draft / page).parent.mkdir(parents=True, exist_ok=True)
+                text = page_text([Viewed.of(read_stored_run(place), place, _NO_IMAGES)])
+                (draft / page).write_text(text, encoding="utf-8")
             links = {place: quote(os.fsencode(page)) for place, page in pages.items()}
             (draft / "index.html").write_text(index_page(runs, links), encoding="utf-8")
     if progress is not None:
         progress(len(pages), len(pages))
     return Path(out) / "index.html"
-
-
-def _write_run(place: Path, page: Path) -> None:
-    page.parent.mkdir(parents=True, exist_ok=True)
-    page.write_text(page_text([Viewed.of(read_stored_run(place), place, _NO_IMAGES)]), encoding="utf-8")

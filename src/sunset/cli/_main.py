@@ -4,21 +4,21 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, nullcontext
+from collections.abc import Sequence
+from contextlib import ExitStack
 from io import TextIOWrapper
 from types import FrameType
 from typing import Final, NoReturn
 
 from sunset.cli.parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_extensions
 from sunset.errors import complaint
+from sunset.processes.forking import fill_standard_streams
 from sunset_ros.texts import sentence
 
 EXIT_INTERRUPTED: Final = 130
 _SIGNALLED: Final = 128
 """Added to a signal's number, as shells do."""
 
-_QUICK_S: Final = 0.4
 _NODES: Final = "sunset.harness.node_process:run_forked"
 _NODES_PREPARATION: Final = "sunset.harness.node_process:prepare"
 """The server of `sunset.harness.node_process.node_server`, by name, since that module is slow to import."""
@@ -54,13 +54,12 @@ def _execute(verb: str, arguments: Sequence[str]) -> int:
     try:
         with ExitStack() as stack:
             extensions, rest = split_extensions(arguments) if known.is_extensible else ([], arguments)
-            with _loading(extensions) if known.is_long or extensions else nullcontext():
-                if extensions:
-                    from sunset.api.arguments import extended  # noqa: PLC0415  most command lines need none
+            if extensions:
+                from sunset.api.arguments import extended  # noqa: PLC0415  most command lines need none
 
-                    stack.enter_context(extended(extensions))
-                parsed = make_parser().parse_args(rest)
-                parsed.extension = extensions
+                stack.enter_context(extended(extensions))
+            parsed = make_parser().parse_args(rest)
+            parsed.extension = extensions
             if known.is_long and threading.current_thread() is threading.main_thread():
                 signal.signal(signal.SIGTERM, _interrupt)
             code = parsed.execute(parsed)
@@ -80,20 +79,6 @@ def _execute(verb: str, arguments: Sequence[str]) -> int:
         print(f"sunset: {sentence}", file=sys.stderr)
         return EXIT_BAD_INPUT
     return code or 0
-
-
-@contextmanager
-def _loading(extensions: Sequence[str] = ()) -> Iterator[None]:
-    """Report on stderr that the program, or extensions, are being loaded, if that takes longer than `_QUICK_S`."""
-    text = f"Loading {sentence(', '.join(extensions))} …" if extensions else "Loading …"
-    end = "\r" if sys.stderr.isatty() else "\n"  # on a terminal, the next line replaces it
-    timer = threading.Timer(_QUICK_S, print, [text], {"end": end, "file": sys.stderr, "flush": True})
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
 
 
 def _interrupt(number: int, _: FrameType | None) -> NoReturn:

@@ -12,13 +12,12 @@ from sunset.cli.options import (
     add_format_options,
     add_path,
     add_settings,
-    campaign_options,
+    call,
 )
 from sunset.cli.progress import run_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Run scenarios with the same seeds in the simulation and live, into DIR/sim and DIR/live, and "
         "print how much each figure differs, and whether the same failures appeared and the same adaptations were "
@@ -42,19 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Run the missing runs, and print the report."""
     stage = "Comparing" if arguments.stored else "Running pairs"
     with run_progress(stage, campaigns=2) as (preparing, counter):
-        agreements = sunset.agree(
-            arguments.suite,
-            arguments.managers,
-            out=arguments.out,
-            jobs=arguments.jobs,
-            stored=arguments.stored,
-            progress=counter,
-            preparing=preparing,
-            **campaign_options(arguments),
-        )
+        agreements = call(sunset.agree, arguments, progress=counter, preparing=preparing)
     if not arguments.stored:
         print(counter, file=sys.stderr)
     print(format_agreement(agreements, arguments.format).rstrip("\n"))

@@ -4,7 +4,6 @@ import argparse
 import json
 import shlex
 import sys
-from typing import Any
 
 import sunset
 from sunset.api.results import FORMATS
@@ -16,7 +15,7 @@ from sunset.cli.options import (
     add_format_options,
     add_path,
     add_settings,
-    campaign_options,
+    call,
     print_next_steps,
 )
 from sunset.cli.progress import run_progress
@@ -26,7 +25,6 @@ from sunset_ros.texts import printable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Run every scenario of a suite with every managing system, several times, the two reference rows "
         "of the paper, and the managing systems that scores are measured between. Finished runs are kept: the same "
@@ -71,28 +69,17 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run the campaign, and print the table."""
-    options = campaign_options(arguments)
     if arguments.plan:
-        _print_plan(arguments, options)
+        _print_plan(arguments)
         return 0
     if arguments.like is not None:
         raise InvalidInputError("An earlier campaign is for a plan only: add --plan, or leave out --like.")
     if arguments.out is None:
         raise InvalidInputError("The results need a folder: name one with --out DIR.")
-    added = added_runs(arguments.suite, arguments.managers, **options)
+    added = call(added_runs, arguments)
     title = f"Running the campaign with {', and '.join(added)}" if added else "Running the campaign"
     with run_progress(title) as (preparing, counter):
-        results = sunset.bench(
-            arguments.suite,
-            arguments.managers,
-            out=arguments.out,
-            jobs=arguments.jobs,
-            shard=arguments.shard,
-            progress=counter,
-            preparing=preparing,
-            **options,
-        )
+        results = call(sunset.bench, arguments, progress=counter, preparing=preparing)
     part = f" Part {' of '.join(arguments.shard.split('/'))} is done." if arguments.shard else ""
     print(f"{counter}{part}", file=sys.stderr)
     print_table(arguments.out, results.table(arguments.format), arguments.format)
@@ -118,19 +105,12 @@ def _next_steps(arguments: argparse.Namespace) -> list[tuple[str, str]]:
     ]
 
 
-def _print_plan(arguments: argparse.Namespace, options: dict[str, Any]) -> None:
+def _print_plan(arguments: argparse.Namespace) -> None:
     """Print the forecast of the campaign, as text or JSON."""
     if arguments.shard is not None:
         raise InvalidInputError("A plan is of the whole campaign: leave out --shard, or --plan.")
     if arguments.format not in {"table", "json"}:
         raise InvalidInputError(f"A plan is printed as table or json, got {arguments.format!r}.")
     with run_progress("Planning") as (preparing, _):
-        plan = sunset.plan_bench(
-            arguments.suite,
-            arguments.managers,
-            like=arguments.like,
-            jobs=arguments.jobs,
-            preparing=preparing,
-            **options,
-        )
+        plan = call(sunset.plan_bench, arguments, preparing=preparing)
     print(json.dumps(plan.to_json(), indent=2, ensure_ascii=False) if arguments.format == "json" else plan)

@@ -3,15 +3,14 @@
 import argparse
 
 import sunset
-from sunset.cli.options import add_path
+from sunset.cli.options import add_path, call
 from sunset.cli.progress import progress_bar
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Pack a finished campaign into one zip file: the records, the plan, the table, the sources of its managing "
-        "systems and extensions, checksums, metadata as an RO-Crate, and what to cite. The same campaign, options and "
+        "systems and extensions, checksums, and what to cite. The same campaign, options and "
         "date give the same bytes. 'sunset verify' checks the file."
     )
     add_path(parser, "folder", "DIR", "what 'sunset bench --out' wrote")
@@ -38,15 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Write the file, and print its contents."""
     with progress_bar("Checking the campaign") as progress:
-        bundle = sunset.bundle(
-            arguments.folder,
-            arguments.out,
-            title=arguments.title,
-            authors=arguments.authors,
-            licence=arguments.licence,
-            date=arguments.date,
-            progress=progress,
-        )
+        bundle = call(sunset.bundle, arguments, progress=progress)
     print(bundle)

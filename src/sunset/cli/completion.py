@@ -14,7 +14,6 @@ _SHELLS: Final = ("bash", "zsh", "fish", "tcsh")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Print a script for a shell, which completes verbs, actions, options, names and files. "
         "Completing runs nothing of SUNSET. Needs the extra 'completion'."
@@ -23,7 +22,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Print the script."""
     if find_spec("shtab") is None:
         raise MissingExtraError(
             "Completion needs shtab, which is not installed; run: pip install 'sunset-exemplar[completion]'."
@@ -40,11 +38,8 @@ def execute(arguments: argparse.Namespace) -> None:
 def _complete(parser: Parser, files: object) -> None:
     """Set the names and files that complete each argument of a parser, and of those below it."""
     parser.complete()
-    faults, managers, models = (
-        [fault.name for fault in sunset.list_faults()],
-        sunset.list_managers(),
-        sunset.list_models(),
-    )
+    faults = [fault.name for fault in sunset.list_faults()]
+    managers, models = sunset.list_managers(), sunset.list_models()
     names = {
         "fault": faults,
         "manager": managers,

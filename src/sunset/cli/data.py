@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Final
 
 import sunset
-from sunset.cli.options import add_count_option, add_flag, add_path
-from sunset.cli.parser import Actions, Parser
+from sunset.cli.options import add_count_option, add_flag, add_path, call
+from sunset.cli.parser import Actions, Parser, parse_number
 from sunset.cli.progress import BUILDING, progress_bar, rendering_progress, stages_progress
 from sunset.data import (
     DEPTH_UNITS,
@@ -38,6 +38,8 @@ from sunset.flights import KEYS, FlightSpec
 from sunset.texts.sentences import counted
 from sunset_ros.texts import printable
 
+_PLACE: Final = "The flight of {} frames is in {}."
+_OUT: Final = "the new bag: a folder, or a file in .mcap or .db3"
 _SOURCES: Final = ("syndrone", "pictures", "bag")
 _OF_SOURCES: Final = (
     ("town", "1", _SOURCES[:1]),
@@ -49,11 +51,12 @@ _OF_SOURCES: Final = (
     ("jobs", None, _SOURCES[:2]),
 )
 """Options of `import`, what they are where they are not given, and the sources that have a use for them."""
-_RATES_HZ: Final = (0.1, 1000)
+_rate: Final = partial(
+    parse_number, kind=float, expected="frames a second from 0.1 to 1000", least=0.1, most=1000
+)
 
 
 def add_arguments(parser: Parser) -> None:
-    """Complete the verb's parser."""
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     _add_render(actions)
     _add_import(actions)
@@ -82,7 +85,7 @@ def _add_render(actions: Actions) -> None:
     parser.add_argument("--frames", type=int, default=400, metavar="N", help="at 10 Hz, at most 1333")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the sensor noise")
     add_count_option(parser, "--jobs", "rendering processes (default: one a core, at most 8)")
-    _add_out(parser, required=False)
+    add_path(parser, "--out", "PATH", _OUT)
     parser.set_defaults(execute=render)
 
 
@@ -102,7 +105,7 @@ def _add_import(actions: Actions) -> None:
     parser.add_argument("--weather", metavar="NAME", help="SynDrone's, where a town has several")
     _add_reading(parser)
     add_count_option(parser, "--jobs", "reading threads (default: one a core)")
-    _add_out(parser)
+    add_path(parser, "--out", "PATH", _OUT, required=True)
     parser.set_defaults(execute=import_flight)
 
 
@@ -130,10 +133,6 @@ def _add_reading(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_out(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
-    add_path(parser, "--out", "PATH", "the new bag: a folder, or a file in .mcap or .db3", required=required)
-
-
 def _span(text: str) -> tuple[int | None, int | None]:
     match = re.fullmatch(r"(\d*):(\d*)", text)
     if not match:
@@ -150,19 +149,7 @@ def _size(text: str) -> tuple[int, int]:
     return height, width
 
 
-def _rate(text: str) -> float:
-    try:
-        rate = float(text)
-    except ValueError:
-        rate = 0.0
-    low, high = _RATES_HZ
-    if not low <= rate <= high:
-        raise argparse.ArgumentTypeError(f"expected frames a second from {low} to {high}, got {text!r}")
-    return rate
-
-
 def render(arguments: argparse.Namespace) -> None:
-    """Render a flight."""
     given = {name: getattr(arguments, name) for name in KEYS if name != "bag"}
     plan = FlightPlan.of(FlightSpec.of(given), arguments.frames)
     with stages_progress() as stage:
@@ -170,16 +157,18 @@ def render(arguments: argparse.Namespace) -> None:
         folder = sunset.render_flight(
             arguments.out, plan, jobs=arguments.jobs, progress=partial(stage, RENDERING)
         )
-    _print_place(plan.frames, folder)
+    print(_PLACE.format(plan.frames, folder), file=sys.stderr)
 
 
 def import_flight(arguments: argparse.Namespace) -> None:
-    """Make a bag of SynDrone's folders, of a folder of pictures, or of another bag."""
     _check_source(arguments)
     first, last = arguments.frames
     reading = Reading(arguments.ids, arguments.depth_unit)
     if arguments.bag is None:
-        flight = _find_flight(arguments, first, last)
+        if arguments.pictures is not None:
+            flight = find_pictures(arguments.pictures, first=first, last=last)
+        else:
+            flight = call(find_syndrone, arguments, root=arguments.syndrone, first=first, last=last)
         if flight.unlabelled:
             print(f"{_unlabelled_text(flight.unlabelled, len(flight))}.", file=sys.stderr)
         stamps = [round((index + 1) * 1e9 / arguments.rate) for index in range(len(flight))]
@@ -213,19 +202,6 @@ def _check_source(arguments: argparse.Namespace) -> None:
             )
 
 
-def _find_flight(arguments: argparse.Namespace, first: int | None, last: int | None) -> PictureFolder:
-    if arguments.pictures is not None:
-        return find_pictures(arguments.pictures, first=first, last=last)
-    return find_syndrone(
-        arguments.syndrone,
-        town=arguments.town,
-        height=arguments.height,
-        weather=arguments.weather,
-        first=first,
-        last=last,
-    )
-
-
 def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], reading: Reading) -> None:
     """Write a bag with a progress bar; print how its frames were read."""
     with progress_bar("Importing") as progress:
@@ -236,16 +212,11 @@ def _write(out: Path, frames: Iterable[Frame], stamps_ns: Sequence[int], reading
                 progress(done, len(stamps_ns))
 
         write_bag(out, counted(), stamps_ns)
-    _print_place(len(stamps_ns), out)
+    print(_PLACE.format(len(stamps_ns), out), file=sys.stderr)
     print(reading, file=sys.stderr)
 
 
-def _print_place(frames: int, out: Path) -> None:
-    print(f"The flight of {frames} frames is in {out}.", file=sys.stderr)
-
-
 def info(arguments: argparse.Namespace) -> None:
-    """Print the contents of a bag or a folder of SynDrone."""
     if arguments.path is None:
         with rendering_progress() as progress:
             path = default_flight(progress=partial(progress, RENDERING))
@@ -271,12 +242,8 @@ def _syndrone(root: Path) -> tuple[dict[str, object], str]:
 
 
 def _unlabelled_text(unlabelled: int, frames: int) -> str:
-    are = (
-        "has no labels: it is flown, and counts"
-        if unlabelled == 1
-        else "have no labels: they are flown, and count"
-    )
-    return f"{unlabelled} of {counted(frames, 'frame')} {are} for no quality"
+    has, it_is, counts = ("has", "it is", "counts") if unlabelled == 1 else ("have", "they are", "count")
+    return f"{unlabelled} of {counted(frames, 'frame')} {has} no labels: {it_is} flown, and {counts} for no quality"
 
 
 def _dropped(counts: Mapping[str, int]) -> str:

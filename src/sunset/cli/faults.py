@@ -6,7 +6,7 @@ import sys
 
 import sunset
 from sunset.api.catalogue import Fault, failure_text, get_fault, severities
-from sunset.cli.options import FLIGHT, MODEL, add_json_option, add_path, add_settings, run_options
+from sunset.cli.options import FLIGHT, MODEL, add_json_option, add_path, add_settings, call
 from sunset.cli.parser import Parser
 from sunset.cli.progress import run_progress
 from sunset.errors import InvalidInputError
@@ -14,7 +14,6 @@ from sunset.texts.tables import aligned
 
 
 def add_arguments(parser: Parser) -> None:
-    """Complete the verb's parser."""
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser(
         "list",
@@ -61,7 +60,6 @@ def _add_figure(parser: Parser) -> None:
 
 
 def list_faults(arguments: argparse.Namespace) -> None:
-    """Print the catalogue."""
     faults = sunset.list_faults()
     if arguments.json:
         print(json.dumps({"faults": list(map(_described, faults))}, sort_keys=True))
@@ -82,17 +80,10 @@ def list_faults(arguments: argparse.Namespace) -> None:
 
 
 def show(arguments: argparse.Namespace) -> None:
-    """Print a fault, and draw it if a figure is asked for."""
     fault = get_fault(arguments.fault)
     if arguments.figure is not None:
         with run_progress("Drawing") as (preparing, _):
-            sunset.fault_picture(
-                fault.name,
-                arguments.figure,
-                frame=arguments.frame,
-                preparing=preparing,
-                **run_options(arguments),
-            )
+            call(sunset.fault_picture, arguments, out=arguments.figure, preparing=preparing)
         print(f"The figure is in {arguments.figure}.", file=sys.stderr)
     elif arguments.frame is not None or arguments.bag is not None or arguments.device != "cpu":
         raise InvalidInputError(
@@ -114,15 +105,8 @@ def show(arguments: argparse.Namespace) -> None:
 
 
 def draw(arguments: argparse.Namespace) -> None:
-    """Draw the entropy over time without and with each fault that shows in it."""
     with run_progress("Running") as (preparing, progress):
-        sunset.fault_figure(
-            arguments.out,
-            seed=arguments.seed,
-            progress=progress,
-            preparing=preparing,
-            **run_options(arguments),
-        )
+        call(sunset.fault_figure, arguments, progress=progress, preparing=preparing)
     print(f"The figure is in {arguments.out}.", file=sys.stderr)
 
 

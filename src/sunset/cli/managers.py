@@ -4,14 +4,13 @@ import argparse
 import json
 
 import sunset
-from sunset.cli.options import LIVE, add_json_option, add_settings, run_options
+from sunset.cli.options import LIVE, add_json_option, add_settings, call
 from sunset.cli.parser import Parser
 from sunset.cli.progress import run_progress
 from sunset.texts.tables import aligned
 
 
 def add_arguments(parser: Parser) -> None:
-    """Complete the verb's parser."""
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list those that come with SUNSET")
     add_json_option(listing)
@@ -37,7 +36,6 @@ def _add_check(parser: Parser) -> None:
 
 
 def list_managers(arguments: argparse.Namespace) -> None:
-    """Print the managing systems that come with SUNSET."""
     managers = sunset.list_managers().items()
     described = {name: (manager.__doc__ or "").splitlines()[0] for name, manager in managers}
     if arguments.json:
@@ -48,15 +46,7 @@ def list_managers(arguments: argparse.Namespace) -> None:
 
 
 def check(arguments: argparse.Namespace) -> int:
-    """Run a managing system twice, and print the verdict."""
     with run_progress("Running twice") as (preparing, progress):
-        verdict = sunset.check_manager(
-            arguments.manager,
-            arguments.scenario,
-            seed=arguments.seed,
-            progress=progress,
-            preparing=preparing,
-            **run_options(arguments),
-        )
+        verdict = call(sunset.check_manager, arguments, progress=progress, preparing=preparing)
     print(verdict)
     return 0 if verdict.passed else 1

@@ -8,7 +8,6 @@ from sunset.system import MANAGING_SYSTEM
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Run one node as a process on Cyclone DDS, until it is interrupted or shut down through its "
         "lifecycle. Other ROS 2 nodes on this computer see it like their own. If 'sunset up' or a live run is in the "
@@ -39,7 +38,6 @@ def add_network_options(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Run the node."""
     run_node(
         NodeSpec(
             node=arguments.node,

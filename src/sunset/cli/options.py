@@ -2,14 +2,17 @@
 
 import argparse
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import Field
+from inspect import signature
 from pathlib import Path
 from types import NoneType
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import sunset
 from sunset.cli.parser import Container, at_least_one
+
+_T = TypeVar("_T")
 
 MODEL: Final = ("model", "bag", "device")
 FLIGHT: Final = (*MODEL, "loop", "duration", "cache")
@@ -43,18 +46,12 @@ def _typed(setting: Field[Any]) -> dict[str, Any]:
     return {} if isinstance(default, NoneType) else {"default": default}
 
 
-def run_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return those arguments that are options of calls which run experiments."""
-    return _those(arguments, sunset.Options.__annotations__)
-
-
-def campaign_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return those arguments that are options of campaigns."""
-    return _those(arguments, sunset.CampaignOptions.__annotations__)
-
-
-def _those(arguments: argparse.Namespace, names: Mapping[str, object]) -> dict[str, Any]:
-    return {name: value for name, value in vars(arguments).items() if name in names}
+def call(function: Callable[..., _T], arguments: argparse.Namespace, **others: object) -> _T:
+    """Call a function with `others`, and with the arguments of a command line that have the names of its own."""
+    names = {*signature(function).parameters}
+    if "options" in names:
+        names |= sunset.CampaignOptions.__annotations__.keys()
+    return function(**{name: value for name, value in vars(arguments).items() if name in names} | others)
 
 
 def add_campaign_options(

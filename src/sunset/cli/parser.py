@@ -2,11 +2,16 @@
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
 from importlib import import_module
-from typing import Any, Final, NamedTuple, NoReturn, TypeAlias
+from math import inf
+from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, TypeVar
 
 import sunset
 from sunset_ros.texts import sentence, suggestion
+
+_N = TypeVar("_N", int, float)
 
 EXIT_BAD_INPUT: Final = 2
 
@@ -25,7 +30,7 @@ class Verb(NamedTuple):  # not a dataclass, whose module is slow to import
 
     Attributes:
         help: its job, in a line.
-        is_long: whether SIGTERM ends it in order, and loading it is reported.
+        is_long: whether SIGTERM ends it in order.
         continuation: how interrupted work is continued, if finished work is kept.
         is_extensible: whether it takes extensions of the managed system.
         module: the module of its arguments; a module beside this one if empty.
@@ -70,7 +75,10 @@ VERBS: Final[Mapping[str, Verb]] = {
     ),
     "node": Verb("run one node as a process on ROS 2's network", is_extensible=True),
     "up": Verb("run the whole system as processes on ROS 2's network", is_extensible=True),
-    "ros": Verb("look at a running ROS 2 system and change it, without a ROS installation"),
+    "ros": Verb(
+        "look at a running ROS 2 system and change it, without a ROS installation",
+        module="sunset_ros.commands",
+    ),
     "completion": Verb("print what a shell completes this command line with"),
 }
 """By name. The module of a verb is imported when it is used, also from packages that import this one."""
@@ -105,8 +113,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, *, add: Callable[["Parser"], None] = lambda _: None, **options: Any) -> None:
         super().__init__(**options)
-        self.register("type", int, _whole_number)
-        self.register("type", float, _number)
+        self.register("type", int, partial(parse_number, kind=int, expected="a whole number"))
+        self.register("type", float, partial(parse_number, kind=float, expected="a number"))
         self.set_defaults(execute=lambda _: self.print_help())
         self._add = add
 
@@ -162,33 +170,27 @@ def _joined_faults(words: Sequence[str]) -> str:
     return f"join faults by +: {'+'.join(faults)}" if are_known else ""
 
 
-def _whole_number(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"expected a whole number, got {text!r}") from error
+def parse_number(
+    text: str, *, kind: Callable[[str], _N], expected: str, least: float | None = None, most: float = inf
+) -> _N:
+    """Parse a number of a kind, `int` or `float`, that is `expected` in words, in [least, most]."""
+    with suppress(ValueError):
+        value = kind(text)
+        if least is None or least <= value <= most:
+            return value
+    raise argparse.ArgumentTypeError(f"expected {expected}, got {text!r}")
 
 
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from error
-
-
-def at_least_one(text: str) -> int:
-    """Parse a whole number of at least 1."""
-    try:
-        number = int(text)
-    except ValueError:
-        number = 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text!r}")
-    return number
+at_least_one: Final = partial(parse_number, kind=int, expected="a whole number of at least 1", least=1)
+"""Parses a whole number of at least 1."""
 
 
 def add_module(name: str, *, is_extensible: bool = False) -> Callable[[Parser], None]:
-    """Return a function that imports a module, and adds its arguments, its `execute`, if any, and `--extension`."""
+    """Return a function that completes the parser of a verb, or of an action, when it is used.
+
+    It imports the module `name`, lets its `add_arguments` describe and add the arguments, and adds `--extension`. The
+    module's `execute`, if any, does the verb's work with the parsed arguments, and may return the exit code.
+    """
 
     def add(parser: Parser) -> None:
         module = import_module(name)

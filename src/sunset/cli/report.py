@@ -3,17 +3,15 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
 
 import sunset
 from sunset.api.results import FORMATS, RUNS_FORMATS, is_run, print_story, unfinished_remark
-from sunset.cli.options import add_flag, add_format_options, add_path
+from sunset.cli.options import add_flag, add_format_options, add_path, call
 from sunset.cli.progress import progress_bar
 from sunset.errors import InvalidInputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Read the runs below a folder and print their report; of the folder of one run, print its "
         "time line. Nothing is run again."
@@ -52,43 +50,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Print the report, or write a folder."""
     form, recompute, path = arguments.format, arguments.recompute, arguments.path
-    if arguments.paper:
-        if arguments.runs or recompute or arguments.site or arguments.figures:
-            raise InvalidInputError("Leave out --runs, --site, --figures and --recompute with --paper.")
-        print(_report("Reading logs", path, form, paper=True).rstrip("\n"))
-    elif arguments.figures is not None:
-        if form or arguments.runs or arguments.site:
-            raise InvalidInputError(
-                "Figures have formats of their own: leave out --format, --json, --runs and --site with --figures."
-            )
+    if arguments.paper and (arguments.runs or recompute or arguments.site or arguments.figures):
+        raise InvalidInputError("Leave out --runs, --site, --figures and --recompute with --paper.")
+    if arguments.figures and (form or arguments.runs or arguments.site):
+        raise InvalidInputError(
+            "Figures have formats of their own: leave out --format, --json, --runs and --site with --figures."
+        )
+    if arguments.site and (form or recompute or arguments.runs):
+        raise InvalidInputError(
+            "A site has a format of its own: leave out --format, --json, --runs and --recompute."
+        )
+    if arguments.figures:
         with progress_bar("Reading runs") as progress:
-            print(
-                sunset.write_figures(path, arguments.figures, recompute=recompute, progress=progress),
-                file=sys.stderr,
-            )
-    elif arguments.site is not None:
-        if form or recompute or arguments.runs:
-            raise InvalidInputError(
-                "A site has a format of its own: leave out --format, --json, --runs and --recompute."
-            )
+            written = call(sunset.write_figures, arguments, out=arguments.figures, progress=progress)
+        print(written, file=sys.stderr)
+    elif arguments.site:
         with progress_bar("Writing pages") as progress:
-            page = sunset.write_site(path, arguments.site, progress=progress)
+            page = call(sunset.write_site, arguments, out=arguments.site, progress=progress)
         print(f"The site begins with {page}.", file=sys.stderr)
-    elif arguments.runs:
-        print(_report("Reading runs", path, form, runs=True, recompute=recompute), end="")
-    elif form is None and not (recompute or arguments.every) and is_run(path):
+    elif is_run(path) and not (form or recompute or arguments.paper or arguments.runs or arguments.every):
         print_story(path)
     else:
-        form = form or FORMATS[0]
-        text = _report("Reading runs", path, form, every=arguments.every, recompute=recompute)
-        print_table(path, text, form)
-
-
-def _report(title: str, path: Path, form: str | None, **options: Any) -> str:
-    with progress_bar(title) as progress:
-        return sunset.report(path, form, progress=progress, **options)
+        with progress_bar("Reading logs" if arguments.paper else "Reading runs") as progress:
+            text = call(sunset.report, arguments, form=form, progress=progress)
+        if arguments.paper or arguments.runs:
+            print(text.rstrip("\n"))
+        else:
+            print_table(path, text, form or FORMATS[0])
 
 
 def print_table(folder: Path, text: str, form: str) -> None:

@@ -9,14 +9,13 @@ from pathlib import Path
 
 import sunset
 from sunset.api.running import DEFAULT_SCENARIO, keep_last_run
-from sunset.cli.options import add_flag, add_path, add_settings, print_next_steps, run_options
+from sunset.cli.options import add_flag, add_path, add_settings, call, print_next_steps
 from sunset.cli.progress import run_progress
 from sunset.errors import OutputError
 from sunset_ros.texts import printable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Bring the managed system up, run it for 3 to 6 s without a fault, inject the scenario's faults, let the "
         "managing system adapt for 20 s, and print what happened and how well it did."
@@ -41,20 +40,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Run, and print the time line."""
     with tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         folder = arguments.out or Path(temporary) / "run"
         with run_progress("Running") as (preparing, _):
-            result = sunset.run(
-                arguments.scenario,
-                arguments.manager,
-                seed=arguments.seed,
-                out=folder,
-                # the log is part of the time line, which JSON lacks, and which a live run prints much later
-                log=arguments.json or arguments.middleware != "sim",
-                preparing=preparing,
-                **run_options(arguments),
-            )
+            # the log is part of the time line, which JSON lacks, and which a live run prints much later
+            log = arguments.json or arguments.middleware != "sim"
+            result = call(sunset.run, arguments, out=folder, log=log, preparing=preparing)
         if result.record.manager_failed is not None:
             print(f"{printable(result.record.manager_failed)} The run went on without it.", file=sys.stderr)
         if arguments.json:

@@ -5,7 +5,7 @@ import json
 import sys
 
 import sunset
-from sunset.cli.options import add_count_option, add_flag, add_json_option, add_path
+from sunset.cli.options import add_count_option, add_json_option, add_path, call
 from sunset.cli.parser import Parser
 from sunset.errors import InvalidInputError, OutputError
 from sunset.files.outputs import write_text
@@ -13,7 +13,6 @@ from sunset.texts.sentences import counted
 
 
 def add_arguments(parser: Parser) -> None:
-    """Complete the verb's parser."""
     actions = parser.add_subparsers(title="actions", metavar="ACTION")
     listing = actions.add_parser("list", help="list the scenarios of the suites")
     listing.add_argument("--suite", metavar="NAME|DIR", help="of one suite, or of a folder of scenario files")
@@ -31,12 +30,12 @@ def add_arguments(parser: Parser) -> None:
     )
     checking = actions.add_parser("check", help="generate a split anew, and compare its scenarios")
     add_path(checking, "folder", "DIR", "that 'generate --split' has written")
-    _add_salt(checking, "the secret that it was made with")
+    add_path(checking, "--salt-file", "FILE", "the secret that it was made with")
     checking.set_defaults(execute=check)
 
 
 def _add_generate(parser: Parser) -> None:
-    from sunset.api.splits import SPLITS  # noqa: PLC0415  not needed for the other actions
+    from sunset.api.catalogue import SPLITS  # noqa: PLC0415  not needed for the other actions
 
     parser.add_argument("faults", nargs="*", metavar="FAULT[=VALUE]", help="fault, with a strength if wanted")
     parser.add_argument("--name", default="", help="the scenario's name (default: the faults joined by +)")
@@ -44,17 +43,13 @@ def _add_generate(parser: Parser) -> None:
     parser.add_argument("--split", metavar="NAME", help=f"draw scenarios: {', '.join(SPLITS)}")
     add_count_option(parser, "--count", "split: how many scenarios")
     parser.add_argument("--seed", type=int, metavar="N", help="split: of the draws (default: 0)")
-    add_flag(parser, "--flights", "split: a flight for each scenario, in place of the default one")
-    _add_salt(parser, "split: a secret that the draws depend on")
+    flights = "split: a flight for each scenario, in place of the default one"
+    parser.add_argument("--flights", action="store_const", const=True, help=flights)
+    add_path(parser, "--salt-file", "FILE", "split: a secret that the draws depend on")
     parser.set_defaults(execute=generate_scenario)
 
 
-def _add_salt(parser: argparse.ArgumentParser, text: str) -> None:
-    add_path(parser, "--salt-file", "FILE", text)
-
-
 def list_scenarios(arguments: argparse.Namespace) -> None:
-    """Print the names."""
     suites = sunset.list_suites() if arguments.suite is None else [arguments.suite]
     names = {suite: sunset.list_scenarios(suite) for suite in suites}
     if arguments.json:
@@ -64,25 +59,17 @@ def list_scenarios(arguments: argparse.Namespace) -> None:
 
 
 def show(arguments: argparse.Namespace) -> None:
-    """Print a scenario as YAML."""
     sys.stdout.write(sunset.load_scenario(arguments.scenario).to_yaml())
 
 
 def generate_scenario(arguments: argparse.Namespace) -> None:
-    """Write a scenario as YAML, or a split."""
-    of_split = {
-        "--split": arguments.split,
-        "--count": arguments.count,
-        "--seed": arguments.seed,
-        "--flights": arguments.flights or None,
-        "--salt-file": arguments.salt_file,
-    }
-    given = [name for name, value in of_split.items() if value is not None]
-    if given and (arguments.faults or arguments.name):
-        raise InvalidInputError(
-            f"A split is drawn, not made of given faults: leave out the faults and --name, or {given[0]}."
-        )
-    if given:
+    of_split = ("split", "count", "seed", "flights", "salt_file")
+    if given := [name for name in of_split if getattr(arguments, name) is not None]:
+        if arguments.faults or arguments.name:
+            option = f"--{given[0].replace('_', '-')}"
+            raise InvalidInputError(
+                f"A split is drawn, not made of given faults: leave out the faults and --name, or {option}."
+            )
         _generate_split(arguments)
         return
     if not arguments.faults:
@@ -101,21 +88,13 @@ def _generate_split(arguments: argparse.Namespace) -> None:
     for name in ("split", "count", "out"):
         if getattr(arguments, name) is None:
             raise InvalidInputError(f"A split needs --split, --count and --out: add --{name}.")
-    split = sunset.generate_split(
-        arguments.split,
-        arguments.count,
-        arguments.out,
-        seed=arguments.seed or 0,
-        flights=arguments.flights,
-        salt_file=arguments.salt_file,
-    )
+    split = call(sunset.generate_split, arguments, seed=arguments.seed or 0, flights=bool(arguments.flights))
     print(f"{counted(split.count, 'scenario')} of {split.split} are in {arguments.out}.", file=sys.stderr)
     _print_hashes(split.sha256, split.salt_sha256)
 
 
 def check(arguments: argparse.Namespace) -> None:
-    """Generate a split again, and report that its scenarios are the same."""
-    split = sunset.check_split(arguments.folder, salt_file=arguments.salt_file)
+    split = call(sunset.check_split, arguments)
     print(f"The scenarios in {arguments.folder} are those that its description makes.", file=sys.stderr)
     _print_hashes(split.sha256, split.salt_sha256)
 

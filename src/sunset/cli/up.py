@@ -11,9 +11,9 @@ from rich.table import Table
 
 from sunset.api.options import run_spec_of
 from sunset.cli.node import add_network_options
-from sunset.cli.options import MODEL, add_settings, run_options
+from sunset.cli.options import MODEL, add_settings
 from sunset.cli.progress import rendering_progress
-from sunset.experiments import manager_checksum, prepare_runs, warn_of_walls
+from sunset.experiments import Options, manager_checksum, prepare_runs, warn_of_walls
 from sunset.experiments.live import LiveSystem
 from sunset.harness.operator import NodeStatus, Operator
 from sunset.managing import EXTERNAL, MANAGERS
@@ -24,7 +24,6 @@ _REFRESH_S: Final = 0.5
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Run every node as a process on Cyclone DDS until Ctrl-C, and let the flight repeat. Other ROS 2 "
         "nodes on this computer can connect: managing systems, the ros2 command line, viewers."
@@ -51,9 +50,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Run the system until a signal comes."""
-    options = {"middleware": LIVE, **run_options(arguments)}
-    spec = run_spec_of(arguments.scenario or Scenario("none"), arguments.manager, 1, options)
+    given = {name: value for name, value in vars(arguments).items() if name in Options.__annotations__}
+    spec = run_spec_of(
+        arguments.scenario or Scenario("none"), arguments.manager, 1, {"middleware": LIVE, **given}
+    )
     if spec.manager != EXTERNAL:
         manager_checksum(spec.manager, spec.settings)  # a mistake in it is reported at once
     with rendering_progress() as progress:

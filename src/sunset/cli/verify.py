@@ -4,7 +4,7 @@ import argparse
 import json
 
 import sunset
-from sunset.cli.options import add_flag, add_path
+from sunset.cli.options import add_flag, add_path, call
 from sunset.cli.progress import progress_bar
 from sunset.errors import InvalidInputError
 
@@ -13,14 +13,13 @@ EXIT_DIFFERS = 1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Check what 'sunset bundle' wrote: every file against the checksums, the runs against the plan, the sources "
         "against what the plan says was run, every figure against the recorded messages, and some runs by running them "
         "again. Each difference is named. Nothing in the bundle is executed without --trust. Exit code 1 says that "
         "something differs, 2 that the file cannot be checked."
     )
-    add_path(parser, "bundle", "FILE.zip", "what 'sunset bundle' wrote")
+    add_path(parser, "path", "FILE.zip", "what 'sunset bundle' wrote")
     parser.add_argument(
         "--run-again", type=int, default=3, metavar="K", help="runs, chosen at random, that are run again"
     )
@@ -38,19 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the checks and the differences."""
     if arguments.run_again == 0 and arguments.seed is not None:
         raise InvalidInputError("No run is chosen with --run-again 0: leave out --seed.")
     with progress_bar("Verifying") as progress:
-        verification = sunset.verify(
-            arguments.bundle,
-            run_again=arguments.run_again,
-            seed=arguments.seed,
-            trust=arguments.trust,
-            model=arguments.model,
-            bag=arguments.bag,
-            progress=progress,
-        )
+        verification = call(sunset.verify, arguments, progress=progress)
     text = json.dumps(verification.to_json(), ensure_ascii=False) if arguments.json else verification
     print(text)
     return 0 if verification.passed else EXIT_DIFFERS

@@ -2,16 +2,14 @@
 
 import argparse
 import sys
-from pathlib import Path
 
 import sunset
 from sunset.api.viewing import can_show_pages
-from sunset.cli.options import add_path
+from sunset.cli.options import add_path, call
 from sunset.cli.progress import stages_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Complete the verb's parser."""
     parser.description = (
         "Write one HTML file that replays a stored run: its pictures, labels and truth, faults, failures, adaptations "
         "and figures over time; and open it. It loads nothing, so that it can be sent around. The images of a "
@@ -19,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_path(
         parser,
-        "folder",
+        "run",
         "RUN",
         "what 'sunset run --out' wrote (default: the last run that was given no folder)",
         nargs="?",
@@ -40,22 +38,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> None:
-    """Write the page, and open it."""
+    if arguments.run is None:
+        from sunset.api.running import last_run  # noqa: PLC0415  slow, and rarely needed
+
+        arguments.run = last_run()
     with stages_progress() as stage:
-        file = sunset.view(
-            arguments.folder or _last_run(),
-            arguments.other,
-            out=arguments.out,
-            show=arguments.show,
-            model=arguments.model,
-            bag=arguments.bag,
-            progress=stage,
-        )
+        file = call(sunset.view, arguments, progress=stage)
     remedy = "" if arguments.show and can_show_pages() else ": open it in a browser"
     print(f"The page is {file}{remedy}.", file=sys.stderr)
-
-
-def _last_run() -> Path:
-    from sunset.api.running import last_run  # noqa: PLC0415  slow, and rarely needed
-
-    return last_run()

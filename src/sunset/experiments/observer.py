@@ -8,7 +8,7 @@ from typing import Final, Protocol
 
 from sunset.managing import ORACLE, Oracle
 from sunset.metrics import Evidence
-from sunset.recording.logs import ROSOUT
+from sunset.recording.timelines import ROSOUT
 from sunset.system import (
     COMMANDS_TOPIC,
     DIAGNOSE,

@@ -5,11 +5,16 @@ A record is a folder with three files: `messages.mcap` and `metadata.yaml` are a
 specification have the same bytes. A run that keeps its images has a fourth file, `images.mcap`.
 """
 
-from sunset.recording._bag import BAG_FILES
-from sunset.recording.campaign import count_runs
+from sunset.recording._bag import BAG_FILES, RecordedMessage
 from sunset.recording.images import IMAGES_FILE, StoredImage, image_digests, read_images
-from sunset.recording.logs import LogLine, log_of
-from sunset.recording.reader import check_extensions, read_messages, read_timeline
+from sunset.recording.reader import (
+    StoredRun,
+    check_extensions,
+    read_messages,
+    read_stored_run,
+    read_timeline,
+    story_topics,
+)
 from sunset.recording.schema import (
     PLAN_VERSION,
     SCORE_REFERENCES,
@@ -18,14 +23,13 @@ from sunset.recording.schema import (
     RunRecord,
     StoredFault,
     StoredFlight,
+    count_runs,
     differences,
     read_plan,
     read_run,
     stored_figures,
 )
-from sunset.recording.stored import StoredRun, read_stored_run, story_topics
-from sunset.recording.timelines import measured_topics, timeline_of
-from sunset.recording.values import RecordedMessage
+from sunset.recording.timelines import LogLine, log_of, measured_topics, timeline_of
 from sunset.recording.writer import RecordWriter
 
 __all__ = [

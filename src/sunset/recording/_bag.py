@@ -1,11 +1,14 @@
-"""Writing payloads to a rosbag2 and reading them back; the only file here that writes with `rosbags`."""
+"""Messages as they are recorded: written to a rosbag2, read back and decoded."""
 
+import hashlib
 import shutil
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from msgspec import Struct
 from rosbags.interfaces import (
     Connection,
     Qos,
@@ -17,10 +20,17 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 
-from sunset.errors import RecordError, shortage
-from sunset.recording.values import Payload
+from sunset.errors import InterfaceError, RecordError, shortage
+from sunset.files.bags import open_bag
 from sunset.system_interfaces.msg import ImageDigest
-from sunset_ros.interfaces import get_message, message_definition, type_hash, type_name
+from sunset_ros.interfaces import (
+    Message,
+    deserialize,
+    get_message,
+    message_definition,
+    type_hash,
+    type_name,
+)
 
 _FILE: Final = "messages.mcap"
 _METADATA: Final = "metadata.yaml"
@@ -43,6 +53,52 @@ _QOS: Final = Qos(
 
 BAG_FILES: Final = (_FILE, _METADATA)
 """The files of the bag in a record's folder."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedMessage:
+    """A message in a record.
+
+    Attributes:
+        topic: the full name of the topic.
+        time_ns: when the message left its publisher, in nanoseconds on the experiment's clock.
+        message: the content; in place of an image, a `system_interfaces/msg/ImageDigest`.
+    """
+
+    topic: str
+    time_ns: int
+    message: Message
+
+
+class Payload(Struct, frozen=True, array_like=True, gc=False):
+    """A message as a record stores it: with the name of its type, and its CDR."""
+
+    topic: str
+    type: str
+    time_ns: int
+    cdr: bytes
+
+    def decoded(self) -> RecordedMessage:
+        """Return the message.
+
+        Raises:
+            RecordError: the type is unknown, or the bytes do not fit it.
+        """
+        try:
+            return RecordedMessage(self.topic, self.time_ns, deserialize(self.cdr, get_message(self.type)))
+        except InterfaceError as error:
+            raise RecordError(
+                f"The message on {self.topic} at {self.time_ns} ns is damaged: {error}"
+            ) from error
+
+
+def digest_of(payloads: Iterable[Payload]) -> str:
+    """Return the SHA-256 over topic, type, time and bytes of all messages in order, in hexadecimal."""
+    digest = hashlib.sha256()
+    for payload in payloads:
+        head = f"{payload.topic} {payload.type} {payload.time_ns} {len(payload.cdr)}\n"
+        digest.update(head.encode() + payload.cdr)
+    return digest.hexdigest()
 
 
 def _stored_topic(topic: str, name: str) -> str:

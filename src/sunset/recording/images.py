@@ -19,8 +19,7 @@ import numpy.typing as npt
 from sunset.classes import CLASS_OF_CARLA_ID, PALETTE
 from sunset.errors import RecordError
 from sunset.files.image_digests import digest_of, image_digest
-from sunset.recording._bag import BagWriter, read_bag
-from sunset.recording.values import Payload, RecordedMessage
+from sunset.recording._bag import BagWriter, Payload, RecordedMessage, read_bag
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
 from sunset.system_interfaces.msg import ImageDigest, SensorFusion, SetBlackboardGroup
 from sunset_ros.interfaces import Message, serialize, type_name

@@ -3,10 +3,10 @@
 The version of a schema changes when an older reader would misread a newer file. Newer fields are optional.
 """
 
-import dataclasses
 import math
 import reprlib
 from collections.abc import Mapping
+from dataclasses import astuple
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -160,19 +160,8 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         return {"entropy_threshold": self.entropy_threshold, "sharpness_threshold": self.sharpness_threshold}
 
 
-_DEFAULTS: Final = {field.name: field.default for field in dataclasses.fields(RunMetrics)}
 _Figures = msgspec.defstruct(
-    "_Figures",
-    [
-        # a figure with a default may be missing, since older records lack it
-        (
-            name,
-            fields_of(RunMetrics)[name] | None,
-            msgspec.NODEFAULT if _DEFAULTS[name] is dataclasses.MISSING else None,
-        )
-        for name in RunMetrics.names()
-    ],
-    kw_only=True,
+    "_Figures", [(name, fields_of(RunMetrics)[name] | None) for name in RunMetrics.names()], kw_only=True
 )
 
 
@@ -182,8 +171,10 @@ def read_run(folder: Path) -> RunRecord:
     Raises:
         RecordError: the record is incomplete, damaged, or of another version.
     """
-    file = Path(folder) / RUN_FILE
-    content = read_json(file, "The file", RecordError, missing=_missing_text(Path(folder)))
+    if folder.is_file():
+        raise RecordError(f"A record is a folder, got the file {folder}: name the folder that it is in.")
+    file = folder / RUN_FILE
+    content = read_json(file, "The file", RecordError, missing=_missing_text(folder))
     _check_version(f"The record {folder}", content, "record_version", RECORD_VERSION, "run it again")
     return convert(content, RunRecord, str(file), RecordError, remedy="restore the file, or run it again")
 
@@ -209,22 +200,17 @@ def stored_figures(run: RunRecord, file: Path) -> dict[str, float | None]:
 
 def differences(run: RunRecord, computed: RunMetrics) -> tuple[str, ...]:
     """Return the names of the figures in a run's `run.json` that differ from the computed figures."""
-    known = run.metrics
-    names = [
-        name for name, value in computed.to_json().items() if name in known and not _same(known[name], value)
-    ]
-    stored, now = (
-        [value for outcome in outcomes for value in dataclasses.astuple(outcome)]
-        for outcomes in (run.fault_outcomes, computed.outcomes)
-    )
-    is_same = len(stored) == len(now) and all(map(_same, stored, now))
-    return (*names, *([] if is_same else ["fault_outcomes"]))
+    stored = {**run.metrics, "fault_outcomes": list(map(astuple, run.fault_outcomes))}
+    now = {**computed.to_json(), "fault_outcomes": list(map(astuple, computed.outcomes))}
+    return tuple(name for name, value in now.items() if name in stored and not _same(stored[name], value))
 
 
 def _same(stored: object, computed: object) -> bool:
     """Return whether two figures are equal, but for the last digits, which depend on the computer."""
     if isinstance(stored, float) and isinstance(computed, float):
         return math.isclose(stored, computed, rel_tol=1e-9, abs_tol=1e-9)
+    if isinstance(stored, list | tuple) and isinstance(computed, list | tuple):
+        return len(stored) == len(computed) and all(map(_same, stored, computed))
     return stored == computed
 
 
@@ -295,6 +281,24 @@ def read_plan(folder: Path) -> CampaignPlan:
     content = read_json(file, "The campaign's plan", RecordError)
     _check_version(f"The campaign in {folder}", content, "plan_version", PLAN_VERSION, "name a new folder")
     return convert(content, CampaignPlan, str(file), RecordError, remedy="restore it, or name a new folder")
+
+
+def count_runs(out: Path) -> tuple[int, int] | None:
+    """Return the numbers of finished and of planned runs of a folder's campaigns; None if it holds no campaign.
+
+    Campaigns in subfolders count, too. Shards of the same campaign, in folders of their own, are counted together.
+
+    Raises:
+        RecordError: a campaign's plan is damaged, or of another version.
+    """
+    campaigns: dict[bytes, tuple[int, set[Path]]] = {}
+    for file in sorted([*out.glob(PLAN_FILE), *out.glob(f"*/{PLAN_FILE}")]):
+        planned = read_plan(file.parent).runs
+        runs = campaigns.setdefault(file.read_bytes(), (planned, set()))[1]
+        runs.update(run.relative_to(file.parent) for run in file.parent.glob(f"runs/*/*/*/seed-*/{RUN_FILE}"))
+    if not campaigns:
+        return None
+    return sum(len(runs) for _, runs in campaigns.values()), sum(planned for planned, _ in campaigns.values())
 
 
 def _check_version(name: str, content: object, key: str, expected: int, remedy: str) -> None:

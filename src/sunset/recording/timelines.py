@@ -1,9 +1,7 @@
-"""From recorded messages to the timeline that the metrics are computed from."""
+"""From recorded messages to the timeline that the metrics are computed from, and to the log of the nodes."""
 
-from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from itertools import chain
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
 import numpy as np
@@ -20,8 +18,8 @@ from sunset.metrics import (
     Setting,
     Timeline,
 )
+from sunset.recording._bag import RecordedMessage
 from sunset.recording.schema import RunRecord
-from sunset.recording.values import RecordedMessage
 from sunset.system import (
     COMMANDS_TOPIC,
     DIAGNOSIS_TOPIC,
@@ -44,7 +42,7 @@ from sunset.texts.names import ros_text
 from sunset_ros.interfaces import Message, type_name
 from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent
-from sunset_ros.interfaces.rcl_interfaces.msg import ParameterEvent
+from sunset_ros.interfaces.rcl_interfaces.msg import Log, ParameterEvent
 from sunset_ros.interfaces.stamps import ns_of
 from sunset_ros.parameter import scalar_of
 
@@ -62,6 +60,13 @@ _OTHERS: Final = (
 _TRANSITIONS: Final = "/transition_event"
 """The ending of the topics with the lifecycle states of managed nodes."""
 _ENDING: Final = ("redeploy", "shutdown")  # commands that end a process with all its settings
+
+ROSOUT: Final = "/rosout"
+"""The topic on which nodes log."""
+
+_SEVERITIES: Final = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
+"""The numbers of rcl_interfaces/msg/Log."""
+
 
 _M = TypeVar("_M", bound=Message)
 
@@ -82,6 +87,54 @@ def _topics_of_states() -> dict[str, str]:
     return {f"{node}{_TRANSITIONS}": node for node in current_system().managed_nodes}
 
 
+@dataclass(frozen=True, slots=True)
+class LogLine:
+    """A line of a node's log.
+
+    Attributes:
+        time: in seconds from the injection; negative before it.
+        logger: the node's full name with dots in place of slashes, such as `managed_subsystem.camera`.
+    """
+
+    time: float
+    severity: str
+    logger: str
+    text: str
+
+    def __str__(self) -> str:
+        """Return the text, after the severity unless that is INFO."""
+        return self.text if self.severity == "INFO" else f"{self.severity}: {self.text}"
+
+
+class _Topics:
+    """The messages of a run by topic, with times in seconds from the injection on."""
+
+    def __init__(self, messages: Iterable[RecordedMessage]) -> None:
+        self.messages: dict[str, list[RecordedMessage]] = {}
+        for recorded in messages:
+            self.messages.setdefault(recorded.topic, []).append(recorded)
+        self._start_ns = start_of(self.messages.get(LOG_TOPIC, ()))
+
+    def seconds(self, time_ns: int) -> float:
+        """Return a time of the experiment's clock in seconds from the injection on."""
+        return (time_ns - self._start_ns) / 1e9
+
+    def times(self, topic: str) -> npt.NDArray[np.float64]:
+        """Return the times of the messages on a topic."""
+        return np.array([self.seconds(recorded.time_ns) for recorded in self.messages[topic]], np.float64)
+
+    def of(self, topic: str, kind: type[_M]) -> list[tuple[float, _M]]:
+        """Return the messages on a topic, each with its time.
+
+        Raises:
+            RecordError: a message is not of this type.
+        """
+        return [
+            (self.seconds(recorded.time_ns), content_of(recorded, kind))
+            for recorded in self.messages.get(topic, ())
+        ]
+
+
 def timeline_of(run: RunRecord, messages: Iterable[RecordedMessage]) -> Timeline:
     """Return the timeline of a run from its messages in order of time; topics outside of `measured_topics` are ignored.
 
@@ -92,32 +145,37 @@ def timeline_of(run: RunRecord, messages: Iterable[RecordedMessage]) -> Timeline
     Raises:
         RecordError: the log lacks the start, or a message has another type or invalid content.
     """
-    topics: dict[str, list[RecordedMessage]] = defaultdict(list)
-    for recorded in messages:
-        topics[recorded.topic].append(recorded)
-    start_ns = start_of(topics[LOG_TOPIC])
-    times = {
-        topic: np.array([_seconds(recorded.time_ns, start_ns) for recorded in timed], dtype=np.float64)
-        for topic, timed in topics.items()
-        if topic in _topics_of_messages()
-    }
-    signals = current_system().signals.values()
-    evaluated = _evaluated(topics[EVALUATION_TOPIC], topics[TRUTH_TOPIC], start_ns)
+    topics = _Topics(messages)
+    timed = _topics_of_messages()
+    evaluated = _evaluated(topics)
     return Timeline(
         duration_s=run.duration_s,
         period_s=run.period_s,
-        message_times=times,
-        samples={signal.name: _samples(topics[DIAGNOSTICS_TOPIC], signal, start_ns) for signal in signals},
+        message_times={topic: topics.times(topic) for topic in topics.messages if topic in timed},
+        samples={signal.name: _samples(topics, signal) for signal in current_system().signals.values()},
         thresholds=run.thresholds,
-        injections=_injections(topics[INJECTIONS_TOPIC], topics[FAULT_ENDS_TOPIC], start_ns),
-        commands=_commands(topics[COMMANDS_TOPIC], topics[TRUTH_TOPIC], start_ns),
-        settings=_settings(topics, start_ns),
-        diagnoses=_diagnoses(topics[DIAGNOSIS_TOPIC], start_ns),
+        injections=_injections(topics),
+        commands=_commands(topics),
+        settings=_settings(topics),
+        diagnoses=_diagnoses(topics),
         frames=_frames([frame for frame in evaluated if frame[1].truth.any()]),
         without_truth=np.array(
             [time for time, frame in evaluated if not frame.truth.any()], dtype=np.float64
         ),
         expected_frames=run.expected_frames,
+    )
+
+
+def log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
+    """Return the log of a run's nodes, in order of time.
+
+    Raises:
+        RecordError: the messages lack the start of the experiment.
+    """
+    entries = _Topics(messages).of(ROSOUT, Log)
+    return tuple(
+        LogLine(time, _SEVERITIES.get(entry.level, str(entry.level)), entry.name, entry.msg)
+        for time, entry in entries
     )
 
 
@@ -135,10 +193,6 @@ def content_of(recorded: RecordedMessage, kind: type[_M]) -> _M:
     return recorded.message
 
 
-def _seconds(time_ns: int, start_ns: int) -> float:
-    return (time_ns - start_ns) / 1e9
-
-
 def start_of(messages: Iterable[RecordedMessage]) -> int:
     """Return the time of the injection, in nanoseconds, from the messages of an experiment.
 
@@ -153,11 +207,11 @@ def start_of(messages: Iterable[RecordedMessage]) -> int:
     raise RecordError(f"The record does not say when the experiment began: no 'start' on {LOG_TOPIC}.")
 
 
-def _samples(diagnostics: Sequence[RecordedMessage], signal: Signal, start_ns: int) -> Samples:
+def _samples(topics: _Topics, signal: Signal) -> Samples:
     pairs = [
-        (_seconds(recorded.time_ns, start_ns), _number(pair.value, signal))
-        for recorded in diagnostics
-        for status in content_of(recorded, DiagnosticArray).status
+        (time, _number(pair.value, signal))
+        for time, diagnostics in topics.of(DIAGNOSTICS_TOPIC, DiagnosticArray)
+        for status in diagnostics.status
         if status.hardware_id == signal.node
         for pair in status.values
         if pair.key == signal.key
@@ -175,27 +229,24 @@ def _number(text: str, signal: Signal) -> float:
         ) from error
 
 
-def _injections(
-    messages: Sequence[RecordedMessage], ends: Sequence[RecordedMessage], start_ns: int
-) -> tuple[Injection, ...]:
+def _injections(topics: _Topics) -> tuple[Injection, ...]:
     injections = [
         Injection(
             # live, the clocks of two nodes may differ by a tick
-            time=max(0.0, _seconds(ns_of(injection.stamp), start_ns)),
+            time=max(0.0, topics.seconds(ns_of(injection.stamp))),
             fault=injection.fault,
             failure=injection.failure,
             node=injection.node,
             internal=injection.internal,
             redeploy_only=injection.redeploy_only,
         )
-        for injection in (content_of(recorded, msg.FaultInjection) for recorded in messages)
+        for _, injection in topics.of(INJECTIONS_TOPIC, msg.FaultInjection)
         if injection.confirmed
     ]
     injections.sort(key=lambda injection: injection.time)
-    for recorded in ends:
-        end = content_of(recorded, msg.FaultEnd)
+    for seen, end in topics.of(FAULT_ENDS_TOPIC, msg.FaultEnd):
         # live, the adaptation that ended the fault may have been seen after the stamp
-        time = max(0.0, _seconds(max(ns_of(end.stamp), recorded.time_ns), start_ns))
+        time = max(0.0, topics.seconds(ns_of(end.stamp)), seen)
         began = [
             place
             for place, injection in enumerate(injections)
@@ -211,13 +262,12 @@ def _injections(
     return tuple(injections)
 
 
-def _commands(
-    messages: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
-) -> tuple[Command, ...]:
+def _commands(topics: _Topics) -> tuple[Command, ...]:
+    truths = topics.messages.get(TRUTH_TOPIC)
     first_ns = truths[0].time_ns if truths else 0
     commands = [
         Command(
-            time=_seconds(ns_of(command.stamp), start_ns),
+            time=topics.seconds(ns_of(command.stamp)),
             client=command.client,
             node=command.node,
             kind=command.kind,
@@ -225,68 +275,60 @@ def _commands(
             values=tuple(command.values),
             successful=command.successful,
         )
-        for command in (content_of(recorded, msg.Command) for recorded in messages)
+        for _, command in topics.of(COMMANDS_TOPIC, msg.Command)
         if ns_of(command.stamp) >= first_ns or command.kind not in _ENDING
     ]
     return tuple(sorted(commands, key=lambda command: command.time))
 
 
-def _settings(topics: Mapping[str, Sequence[RecordedMessage]], start_ns: int) -> tuple[Setting, ...]:
-    settings = []
-    for recorded in chain.from_iterable(topics.get(topic, []) for topic in PARAMETER_TOPICS):
-        event, time = content_of(recorded, ParameterEvent), _seconds(recorded.time_ns, start_ns)
-        if event.node not in current_system().managed_nodes:
-            continue
-        for parameters, declared in ((event.new_parameters, True), (event.changed_parameters, False)):
-            for parameter in parameters:
-                value = scalar_of(parameter.value)
-                if value is not None:
-                    settings.append(Setting(time, event.node, parameter.name, ros_text(value), declared))
-    for topic, node in sorted(_topics_of_states().items()):
-        for recorded in topics.get(topic, []):
-            state = content_of(recorded, TransitionEvent).goal_state.label
-            settings.append(Setting(_seconds(recorded.time_ns, start_ns), node, STATE, state))
+def _settings(topics: _Topics) -> tuple[Setting, ...]:
+    settings = [
+        Setting(time, event.node, parameter.name, ros_text(value), declared)
+        for topic in PARAMETER_TOPICS
+        for time, event in topics.of(topic, ParameterEvent)
+        if event.node in current_system().managed_nodes
+        for parameters, declared in ((event.new_parameters, True), (event.changed_parameters, False))
+        for parameter in parameters
+        if (value := scalar_of(parameter.value)) is not None
+    ]
+    settings += [
+        Setting(time, node, STATE, transition.goal_state.label)
+        for topic, node in sorted(_topics_of_states().items())
+        for time, transition in topics.of(topic, TransitionEvent)
+    ]
     return tuple(sorted(settings, key=lambda setting: setting.time))
 
 
-def _diagnoses(messages: Sequence[RecordedMessage], start_ns: int) -> tuple[Diagnosis, ...]:
+def _diagnoses(topics: _Topics) -> tuple[Diagnosis, ...]:
     """Return the diagnoses on a managing system's own topic; messages of other types are ignored."""
     return tuple(
         Diagnosis(
-            _seconds(recorded.time_ns, start_ns),
+            topics.seconds(recorded.time_ns),
             dict(zip(recorded.message.faults, map(float, recorded.message.probabilities), strict=False)),
         )
-        for recorded in messages
+        for recorded in topics.messages.get(DIAGNOSIS_TOPIC, ())
         if isinstance(recorded.message, msg.Diagnosis)
     )
 
 
-def _evaluated(
-    evaluations: Sequence[RecordedMessage], truths: Sequence[RecordedMessage], start_ns: int
-) -> list[tuple[float, msg.FrameEvaluation]]:
+def _evaluated(topics: _Topics) -> list[tuple[float, msg.FrameEvaluation]]:
     """Return the time of each frame [s], with its evaluation, in order of time."""
-    taken_ns = {ns_of(content_of(truth, msg.ImageDigest).header.stamp): truth.time_ns for truth in truths}
-    frames = []
-    for recorded in evaluations:
-        evaluation = content_of(recorded, msg.FrameEvaluation)
-        for row in (evaluation.intersection, evaluation.predicted, evaluation.truth):
-            if len(row) != NUMBER_OF_CLASSES:
-                raise RecordError(f"A frame's counts must be of {NUMBER_OF_CLASSES} classes, got {len(row)}.")
-        time_ns = taken_ns.get(ns_of(evaluation.header.stamp), recorded.time_ns)
-        frames.append((_seconds(time_ns, start_ns), evaluation))
+    taken = {ns_of(truth.header.stamp): time for time, truth in topics.of(TRUTH_TOPIC, msg.ImageDigest)}
+    frames = [
+        (taken.get(ns_of(evaluation.header.stamp), time), evaluation)
+        for time, evaluation in topics.of(EVALUATION_TOPIC, msg.FrameEvaluation)
+    ]
     return sorted(frames, key=lambda frame: frame[0])
 
 
 def _frames(evaluated: Sequence[tuple[float, msg.FrameEvaluation]]) -> Frames:
     evaluations = [evaluation for _, evaluation in evaluated]
+    counts = {
+        name: np.array([getattr(evaluation, name) for evaluation in evaluations], np.int64)
+        for name in ("intersection", "predicted", "truth")
+    }
     return Frames(
-        times=np.array([time for time, _ in evaluated], dtype=np.float64),
-        iou=np.array([evaluation.iou for evaluation in evaluations], dtype=np.float64),
-        intersection=_counts([evaluation.intersection for evaluation in evaluations]),
-        predicted=_counts([evaluation.predicted for evaluation in evaluations]),
-        truth=_counts([evaluation.truth for evaluation in evaluations]),
+        times=np.array([time for time, _ in evaluated], np.float64),
+        iou=np.array([evaluation.iou for evaluation in evaluations], np.float64),
+        **{name: rows.reshape(-1, NUMBER_OF_CLASSES) for name, rows in counts.items()},
     )
-
-
-def _counts(rows: Sequence[npt.NDArray[np.uint32]]) -> npt.NDArray[np.int64]:
-    return np.array(rows, dtype=np.int64).reshape(len(rows), NUMBER_OF_CLASSES)

@@ -12,10 +12,9 @@ import msgspec
 from sunset.errors import OutputError
 from sunset.files.outputs import flush, unwritable
 from sunset.files.schemas import document_text
-from sunset.recording._bag import write_bag
+from sunset.recording._bag import Payload, RecordedMessage, digest_of, write_bag
 from sunset.recording.images import ImageWriter, without_pixels
 from sunset.recording.schema import RunRecord
-from sunset.recording.values import Payload, RecordedMessage, digest_of
 from sunset.texts.names import RUN_FILE
 from sunset_ros.interfaces import Message, serialize, type_name
 
@@ -145,30 +144,23 @@ class RecordWriter:
 
 
 def _take_folder(folder: Path, record: Path) -> int:
-    """Make an empty folder, and return an open file that reserves it for this process.
-
-    Files of a run that was killed are removed.
+    """Make an empty folder, without the files of a run that was killed; return an open file that reserves it.
 
     Raises:
         OutputError: another process has reserved the folder.
     """
     import fcntl  # noqa: PLC0415  not on every system
 
-    while True:
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = os.open(folder, os.O_RDONLY)
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if os.path.samestat(os.fstat(lock), folder.stat()):
-                for left in folder.iterdir():
-                    shutil.rmtree(left) if left.is_dir() else left.unlink()
-                return lock
-        except BlockingIOError as error:
-            os.close(lock)
-            raise OutputError(f"Another process writes the record {record}: name another folder.") from error
-        except FileNotFoundError:
-            pass
-        os.close(lock)  # it was renamed or removed meanwhile
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        os.close(lock)
+        raise OutputError(f"Another process writes the record {record}: name another folder.") from error
+    for left in folder.iterdir():
+        shutil.rmtree(left) if left.is_dir() else left.unlink()
+    return lock
 
 
 @contextmanager

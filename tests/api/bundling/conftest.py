@@ -59,7 +59,7 @@ def results(flight: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def packed(results: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("packed") / "results.zip"
-    bundle(results, out, published=DATE)
+    bundle(results, out, date=DATE)
     return out
 
 

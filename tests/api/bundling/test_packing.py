@@ -8,7 +8,6 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 import pytest
 import yaml
@@ -16,22 +15,21 @@ from tests.api.bundling.conftest import DATE
 
 import sunset
 from sunset import ManagingSystem, Symptoms
-from sunset.api.bundling import Rerun, bundle, verify
+from sunset.api.bundling import bundle, verify
 from sunset.api.bundling.citation import parse_author, references
 from sunset.cli import main
 from sunset.errors import SunsetError
-from sunset.files.sources import package_version
 
 pytestmark = pytest.mark.xdist_group("bundling")
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 api: Any = sunset  # the mistakes are of types, too
 
 
 @pytest.mark.thorough
 def test_the_same_campaign_and_date_give_the_same_bytes(results: Path, packed: Path, tmp_path: Path) -> None:
-    again = bundle(results, tmp_path / "again.zip", published=DATE)
-    later = bundle(results, tmp_path / "later.zip", published="2026-03-15")
+    again = bundle(results, tmp_path / "again.zip", date=DATE)
+    later = bundle(results, tmp_path / "later.zip", date="2026-03-15")
 
     assert again.path.read_bytes() == packed.read_bytes()
     assert again.sha256 == hashlib.sha256(packed.read_bytes()).hexdigest() != later.sha256
@@ -39,44 +37,20 @@ def test_the_same_campaign_and_date_give_the_same_bytes(results: Path, packed: P
     assert str(again).startswith(f"{again.path}: 4 runs, 0.")
 
 
-@pytest.mark.thorough
-def test_the_metadata_describe_every_file(packed: Path) -> None:
-    with zipfile.ZipFile(packed) as archive:
-        names = set(archive.namelist())
-        crate = json.loads(archive.read("ro-crate-metadata.json"))
-    graph = {entity["@id"]: entity for entity in crate["@graph"]}
-    files = {unquote(name) for name, entity in graph.items() if "File" in entity["@type"]}
-    root = graph["./"]
-
-    assert crate["@context"] == "https://w3id.org/ro/crate/1.1/context"
-    assert graph["ro-crate-metadata.json"]["about"] == {"@id": "./"}
-    assert graph["ro-crate-metadata.json"]["conformsTo"] == {"@id": "https://w3id.org/ro/crate/1.1"}
-    assert root["datePublished"] == DATE
-    assert {unquote(part["@id"]) for part in root["hasPart"]} == files
-    assert files == names - {"ro-crate-metadata.json", "SHA256SUMS"}
-    assert graph[root["mentions"]["@id"]]["version"] == package_version()
-    named = set(re.findall(r'\{"@id": "([^"]*)"\}', json.dumps(crate)))
-    assert {"./", "#sunset", "#author-1"} < named <= graph.keys() | {"https://w3id.org/ro/crate/1.1"}
-
-
-def test_who_made_it_stands_in_the_metadata_and_the_citation(results: Path, tmp_path: Path) -> None:
+def test_who_made_it_stands_in_the_citation(results: Path, tmp_path: Path) -> None:
     ada = "Ada Lovelace 0000-0002-1825-0097"
-    bundle(
-        results, tmp_path / "x.zip", published=DATE, title="Rain", authors=[ada, "Bob"], licence="CC-BY-4.0"
-    )
+    bundle(results, tmp_path / "x.zip", date=DATE, title="Rain", authors=[ada, "Bob"], licence="CC-BY-4.0")
 
     with zipfile.ZipFile(tmp_path / "x.zip") as archive:
         citation = yaml.safe_load(archive.read("CITATION.cff"))
-        crate = json.loads(archive.read("ro-crate-metadata.json"))
-    root = next(entity for entity in crate["@graph"] if entity["@id"] == "./")
+        readme = archive.read("README.md").decode()
 
     assert citation["authors"] == [
         {"name": "Ada Lovelace", "orcid": "https://orcid.org/0000-0002-1825-0097"},
         {"name": "Bob"},
     ]
     assert (citation["title"], citation["license"], citation["date-released"]) == ("Rain", "CC-BY-4.0", DATE)
-    assert root["author"] == [{"@id": "https://orcid.org/0000-0002-1825-0097"}, {"@id": "#author-2"}]
-    assert root["license"] == {"@id": "https://spdx.org/licenses/CC-BY-4.0"}
+    assert "It may be used under CC-BY-4.0." in readme
 
 
 def test_what_a_bundle_cites_is_what_the_repository_does() -> None:
@@ -100,9 +74,9 @@ def test_what_a_bundle_cites_is_what_the_repository_does() -> None:
 def test_authors(text: str, name: str, orcid: str) -> None:
     author = parse_author(text)
 
-    assert author.name == name
-    assert author.orcid.endswith(orcid)
-    assert bool(author.orcid) == bool(orcid)
+    assert author["name"] == name
+    assert author.get("orcid", "").endswith(orcid)
+    assert ("orcid" in author) == bool(orcid)
 
 
 def unfinished(results: Path, folder: Path) -> Path:
@@ -229,10 +203,6 @@ MISTAKES: dict[str, tuple[Mistake, str]] = {
         "There is no bag .*gone: name the campaign's, or leave it out",
     ),
     "unknown model": (lambda _, folder: api.verify(folder / "x.zip", model="lit"), "did you mean 'lite'"),
-    "trust as text": (
-        lambda _, folder: api.verify(folder / "x.zip", trust="yes"),
-        "The argument trust must be true or false, got 'yes'",
-    ),
     "seed below 0": (
         lambda _, folder: api.verify(folder / "x.zip", seed=-1),
         "A seed must be a whole number",
@@ -267,11 +237,6 @@ def test_the_command_line_says_whether_a_bundle_is_verified(
     assert main(["verify", str(out), "--run-again", "1", "--seed", "1"]) == 0
     assert capsys.readouterr().out.endswith("\nVerified.\n")
 
-    with pytest.warns(UserWarning, match="Duplicate name"), zipfile.ZipFile(out, "a") as archive:
-        archive.writestr("report.txt", "")
-    assert main(["verify", str(out)]) == 2
-    out.unlink()
-    bundle(results, out, published=DATE)
     with zipfile.ZipFile(out, "a") as archive:
         archive.writestr("more.txt", "")
     assert main(["verify", str(out), "--run-again", "0", "--json"]) == 1
@@ -301,13 +266,13 @@ def test_a_class_that_was_passed_is_packed_with_its_source_and_cannot_be_run_by_
     told: list[tuple[int, int]] = []
     sunset.bundle(tmp_path / "results", tmp_path / "x.zip", date=DATE, progress=lambda *one: told.append(one))
 
-    found = verify(tmp_path / "x.zip", Rerun(3, 1, trust=True))
+    found = verify(tmp_path / "x.zip", run_again=3, seed=1, trust=True)
 
     assert told[-1] == (1, 1)
-    verify(tmp_path / "x.zip", Rerun(10**30, 1), progress=lambda *one: told.append(one))
+    verify(tmp_path / "x.zip", run_again=10**30, seed=1, progress=lambda *one: told.append(one))
     assert max(total for _, total in told) == 2
     with zipfile.ZipFile(tmp_path / "x.zip") as archive:
-        assert archive.read("managers/own/tests/bundling/test_packing.py") == Path(__file__).read_bytes()
+        assert archive.read("managers/own/tests/api/bundling/test_packing.py") == Path(__file__).read_bytes()
     assert (found.passed, found.runs_recomputed, found.runs_again) == (True, 1, ())
     assert found.unchecked == (
         "What the managing system read and did in 1 run, without Landlock, seccomp, namespaces around it.",
@@ -320,7 +285,7 @@ def test_a_program_is_packed_with_the_files_of_its_command_and_run_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    source = Path(__file__).parents[2] / "docs" / "programs" / "focus.sh"
+    source = Path(__file__).parents[3] / "docs" / "programs" / "focus.sh"
     Path("mine").mkdir()
     shutil.copy(source, "mine/focus.sh")
     Path("mine/data.txt").write_text("1")
@@ -337,7 +302,7 @@ def test_a_program_is_packed_with_the_files_of_its_command_and_run_again(
     sunset.bundle("results", "x.zip", date=DATE)
     Path("mine").rename("gone")
 
-    found = verify(Path("x.zip"), Rerun(3, 1, trust=True))
+    found = verify(Path("x.zip"), run_again=3, seed=1, trust=True)
 
     assert (found.problems, found.unchecked, len(found.runs_again)) == ((), (), 1)
     with zipfile.ZipFile("x.zip") as archive:

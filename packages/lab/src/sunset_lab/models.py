@@ -10,9 +10,7 @@ from typing import TypedDict, Unpack
 from sunset.api.arguments import (
     Extensions,
     as_path,
-    check_flags,
     check_names,
-    check_progress,
     count_of,
     extended,
     number_of,
@@ -92,9 +90,7 @@ def train_model(
         SunsetError: torch or onnx is not installed, a value cannot be used, or a folder cannot be written.
     """
     check_names(options, TrainingOptions.__annotations__)
-    check_progress(progress)
     resume, compiled = options.get("resume", False), options.get("compiled", False)
-    check_flags(resume=resume, compiled=compiled)
     folder, work = as_path(out, "model's folder"), as_path(options.get("work", "training"), "work folder")
     config = _training_config(model, options.get("name") or folder.resolve().name, options)
     start = options.get("start_from")
@@ -154,7 +150,6 @@ def import_model(
         SunsetError: torch or onnx is not installed, a checkpoint is not usable, or the folder exists or cannot be
             written.
     """
-    check_progress(progress)
     folder = as_path(out, "model's folder")
     if folder.exists():
         raise OutputError(
@@ -244,7 +239,6 @@ def measure_curves(
     Raises:
         SunsetError: the model, the bag, a fault or a strength is not usable.
     """
-    check_progress(progress, rendering)
     loaded, options = _loaded(model), _look_options(device, jobs, progress)
     device, jobs = options["device"], options["jobs"]
     groups = count_of(every, "groups of frames") or 1
@@ -280,7 +274,6 @@ def measure_iou(
     Raises:
         SunsetError: a model is not usable.
     """
-    check_progress(progress, rendering)
     listed = [models] if isinstance(models, str | Path | Model) else models
     if not isinstance(listed, list | tuple):
         raise InvalidInputError(f"The models must be a list of names or folders, got {shown(models)}.")

@@ -52,14 +52,8 @@ def check_campaign(
 ) -> Findings:
     """Check the runs of a campaign against its plan, and their figures against their messages.
 
-    No code of the campaign is executed, and the suites of this version do not matter.
-
-    Args:
-        folder: the campaign.
-        plan: its plan.
-        card: its model's card.
-        root: the folder where the names of files and runs in sentences begin.
-        progress: called with (runs that are checked, runs in all).
+    No code of the campaign is executed, and the suites of this version do not matter. The names of files and runs in
+    sentences begin below `root`. `progress` is called with (runs that are checked, runs in all).
     """
     extensions = {extension.name: extension.checksum for extension in loaded_extensions()}
     findings = Findings(

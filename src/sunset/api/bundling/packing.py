@@ -1,15 +1,25 @@
-"""A campaign as one file that others can check: records, plan, sources, checksums, metadata, citation."""
+"""A campaign as one file that others can check: records, plan, sources, checksums and citation."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Final
 
-from sunset.api.bundling.archive import write_archive
+from sunset.api.arguments import Extensions, as_path, extended
+from sunset.api.bundling.archive import (
+    CAMPAIGN,
+    CARD_FILE,
+    CITATION_FILE,
+    MANIFEST_FILE,
+    README_FILE,
+    REPORT_FILE,
+    SCENARIOS,
+    write_archive,
+)
 from sunset.api.bundling.checks import check_campaign
-from sunset.api.bundling.citation import Citation, parse_author, parse_date
-from sunset.api.bundling.crate import describing_files
-from sunset.api.bundling.layout import CAMPAIGN, CARD_FILE, MANIFEST_FILE, REPORT_FILE, SCENARIOS, Manifest
-from sunset.api.bundling.sources import Files, find_extension_sources, find_manager_sources
+from sunset.api.bundling.citation import citation_text
+from sunset.api.bundling.sources import Files, Manifest, find_extension_sources, find_manager_sources
 from sunset.errors import OutputError, RecordError
 from sunset.evaluation.report import format_runs
 from sunset.evaluation.results import load_results
@@ -32,6 +42,17 @@ from sunset.scenarios import SPLIT_FILE, scenario_files, split_hash
 from sunset.texts.names import PLAN_FILE, RUN_FILE, base_name
 from sunset.texts.sentences import counted
 
+_NO_LICENCE: Final = "No licence is given: ask the authors before using this."
+_README: Final = """# {title}
+
+{description} {terms}
+
+`campaign/bench.json` says what was run, `report.txt` is the table, and `CITATION.cff` says what to cite. With SUNSET
+installed, `sunset verify` of the zip file computes every figure from the recorded messages, runs some runs again, and
+says what differs. `sunset report` of the folder `campaign` prints the table, and of the folder of a run what happened
+in it.
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class Bundle:
@@ -52,41 +73,57 @@ class Bundle:
 
 
 def bundle(
-    folder: Path,
-    out: Path,
+    folder: str | Path,
+    out: str | Path,
     *,
-    published: str,
     title: str = "",
     authors: Sequence[str] = (),
     licence: str = "",
+    date: str | None = None,
+    extensions: Extensions = (),
     progress: Progress | None = None,
 ) -> Bundle:
-    """Pack a finished campaign into one zip file, as `sunset.bundle` does; `published` is the day of publication.
+    """Pack a finished campaign into a zip file that others can check, as `sunset bundle` does.
 
-    The managed system of this process has the extensions of the campaign.
+    The same campaign, arguments and date give the same bytes.
+
+    Args:
+        folder: the campaign.
+        out: the file, which must not exist.
+        title: of the bundle; derived from the campaign's plan if empty.
+        authors: a name each, followed by an ORCID if known; anonymous if empty.
+        licence: under which others may use it, as SPDX calls it, such as `CC-BY-4.0`, or its address; none if empty.
+        date: the day of publication, as `2026-03-14`; today if None.
+        extensions: extensions that the campaign was run with.
+        progress: called with (checked runs, all runs).
+
+    Raises:
+        SunsetError: the folder holds no campaign, or it is not finished or was changed, a managing system cannot be
+            loaded, another argument is not usable, or the file exists or cannot be written.
     """
-    plan = _read(folder)
-    citation = Citation(
-        title=title or f"SUNSET campaign: {', '.join(plan.managers)} over {plan.suite}",
-        authors=tuple(map(parse_author, authors)),
-        licence=licence,
-        published=parse_date(published),
-    )
-    if out.exists():
-        raise OutputError(f"The file {out} exists already: remove it, or name another one with --out.")
-    runs = _checked_runs(folder, plan, progress)
-    files, lacking = _files(folder, plan, runs)
-    sizes = {
-        name: len(content) if isinstance(content, bytes) else content.stat().st_size
-        for name, content in files.items()
-    }
-    files |= {name: text.encode() for name, text in describing_files(plan, citation, sizes).items()}
-    return Bundle(
-        path=out,
-        sha256=write_archive(out, files),
-        size=out.stat().st_size,
-        runs=len(runs),
-        left_out=(*lacking, *_left_out(plan, runs)),
+    source, file = as_path(folder, "folder of the campaign"), as_path(out, "bundle")
+    with extended(extensions):
+        plan = _read(source)
+        title = title or f"SUNSET campaign: {', '.join(plan.managers)} over {plan.suite}"
+        day = datetime.now(tz=UTC).date().isoformat() if date is None else date  # noqa: TID251  it is not a result
+        citation = citation_text(title, authors, licence, day)
+        if file.exists():
+            raise OutputError(f"The file {file} exists already: remove it, or name another one with --out.")
+        runs = _checked_runs(source, plan, progress)
+        files, lacking = _files(source, plan, runs)
+        terms = f"It may be used under {licence}." if licence else _NO_LICENCE
+        readme = _README.format(title=title, description=description_of(plan), terms=terms)
+        files |= {CITATION_FILE: citation.encode(), README_FILE: readme.encode()}
+        digest = write_archive(file, files)
+    return Bundle(file, digest, file.stat().st_size, len(runs), (*lacking, *_left_out(plan, runs)))
+
+
+def description_of(plan: CampaignPlan) -> str:
+    """Return a campaign's description, in two sentences."""
+    return (
+        f"{counted(plan.runs, 'run')} of the SUNSET exemplar: the managing systems {', '.join(plan.managers)} over the "
+        f"suite {plan.suite}, {counted(plan.repetitions, 'repetition')}, with the model {plan.model}. "
+        "Each run has its record, a rosbag2 with every message and a file with its figures."
     )
 
 
@@ -160,12 +197,11 @@ def _scenario_files(plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> Files
 
 def _left_out(plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> list[str]:
     kept = sum((place / IMAGES_FILE).exists() for place in runs)
-    left_out = [f"The images of {counted(kept, 'run')} are left out: they can be made again."] if kept else []
-    if plan.bag is not None:
-        left_out.append(
-            f"The flight {plan.bag} is left out: who runs something again needs it (SHA-256 over its files: "
-            f"{plan.bag_checksum})."
-        )
-    if plan.model not in list_models():
-        left_out.append(f"The model {plan.model} is left out: who runs something again needs it.")
-    return left_out
+    parts = {
+        f"The images of {counted(kept, 'run')} are left out: they can be made again.": kept > 0,
+        f"The flight {plan.bag} is left out: who runs something again needs it (SHA-256 over its files: "
+        f"{plan.bag_checksum}).": plan.bag is not None,
+        f"The model {plan.model} is left out: who runs something again needs it.": plan.model
+        not in list_models(),
+    }
+    return [text for text, is_missing in parts.items() if is_missing]

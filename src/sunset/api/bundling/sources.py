@@ -1,15 +1,21 @@
-"""The source of managing systems and extensions: collected for a bundle, and compared with the plan."""
+"""The source of managing systems and extensions: collected for a bundle, and compared with its plan."""
 
 import hashlib
 import os
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import Final
 
-from sunset.api.bundling.layout import ManagerSources, OpenedBundle, manager_folder
+import msgspec
+
+from sunset.api.bundling.archive import CAMPAIGN, CARD_FILE, MANIFEST_FILE
 from sunset.errors import ManagerError, RecordError
 from sunset.experiments import campaign_managers
 from sunset.files.outputs import folder_name
+from sunset.files.schemas import convert, read_json
 from sunset.managing import (
     EXTERNAL,
     MANAGERS,
@@ -20,12 +26,91 @@ from sunset.managing import (
     sources_digest,
 )
 from sunset.managing.sources import partial_arguments, source_files
-from sunset.recording import CampaignPlan
-from sunset.system import loaded_extensions
-from sunset_ros.texts import printable
+from sunset.perception import ModelCard
+from sunset.recording import CampaignPlan, read_plan
+from sunset.system import System, extended_system, loaded_extensions
 
 Files = dict[str, Path | bytes]
 """Name in the bundle → a file, or its content."""
+
+_VERSION: Final = 1
+"""The version of the layout of bundles."""
+
+
+class ManagerSources(msgspec.Struct, frozen=True, kw_only=True):
+    """The source of a managing system in a bundle.
+
+    Attributes:
+        files: the files of its checksum, in their order.
+        load: its name for loading, with paths in the bundle; empty for a class that was passed in Python.
+    """
+
+    files: tuple[str, ...]
+    load: str = ""
+
+
+class Manifest(msgspec.Struct, frozen=True, kw_only=True):
+    """The content of `bundle.json`: the sources of managing systems, and the source file of each extension, by name."""
+
+    bundle_version: int = _VERSION
+    managers: dict[str, ManagerSources]
+    extensions: dict[str, str]
+
+
+def manager_folder(name: str) -> str:
+    """Return the folder of a bundle with the source of a managing system."""
+    return f"managers/{folder_name(name)}"
+
+
+@dataclass(frozen=True)
+class OpenedBundle:
+    """A bundle that was opened into a folder, `root`."""
+
+    root: Path
+    manifest: Manifest
+    plan: CampaignPlan
+    card: ModelCard
+
+    @classmethod
+    def read(cls, root: Path) -> "OpenedBundle":
+        """Read the manifest, the plan and the model's card.
+
+        Raises:
+            InvalidInputError: a file is missing, damaged, or of another version.
+        """
+        file = root / MANIFEST_FILE
+        missing = f"It is not a bundle: {MANIFEST_FILE} is missing; name a file that 'sunset bundle' wrote."
+        content = read_json(file, "The manifest", RecordError, missing=missing)
+        version = content.get("bundle_version") if isinstance(content, dict) else _VERSION
+        if version != _VERSION:
+            raise RecordError(
+                f"The bundle is of version {version!r}, expected {_VERSION}; verify it with the SUNSET that wrote it."
+            )
+        manifest = convert(
+            content, Manifest, str(file), RecordError, remedy="take the bundle as it was published"
+        )
+        return cls(root, manifest, read_plan(root / CAMPAIGN), ModelCard.read(root / CARD_FILE))
+
+    def file(self, name: str) -> Path | None:
+        """Return a file that the manifest names; None if the bundle lacks it."""
+        file = self.root / name
+        return file if file.is_file() and file.is_relative_to(self.root) else None
+
+    def extended(self) -> AbstractContextManager[System]:
+        """Return a context in which the managed system has the campaign's extensions; their code runs.
+
+        Raises:
+            ExtensionError: on entering the context: an extension cannot be loaded.
+        """
+        files = {name: self.file(self.manifest.extensions.get(name, "")) for name in self.plan.extensions}
+        # an installed extension is not named after a file, and must be installed here, too
+        return extended_system(
+            [file if file and name.endswith(".py") else name for name, file in files.items()]
+        )
+
+    def text(self, error: object) -> str:
+        """Return a sentence without the name of the temporary folder."""
+        return str(error).replace(f"{self.root}/", "")
 
 
 def find_manager_sources(plan: CampaignPlan) -> tuple[dict[str, ManagerSources], Files, list[str]]:
@@ -106,13 +191,9 @@ def _packed_words(manager: str, parts: Mapping[str, Path | bytes], folder: str) 
 
 def find_extension_sources() -> tuple[dict[str, str], Files]:
     """Return the places of the sources of the loaded extensions, by name, and these files."""
-    places: dict[str, str] = {}
-    files: Files = {}
-    for extension in loaded_extensions():
-        source = Path(extension.source)
-        place = f"extensions/{folder_name(extension.name)}/{source.name}"
-        places[extension.name], files[place] = place, source
-    return places, files
+    sources = {extension.name: Path(extension.source) for extension in loaded_extensions()}
+    places = {name: f"extensions/{folder_name(name)}/{file.name}" for name, file in sources.items()}
+    return places, {places[name]: file for name, file in sources.items()}
 
 
 def differing_sources(opened: OpenedBundle) -> Iterator[str]:
@@ -128,7 +209,7 @@ def differing_sources(opened: OpenedBundle) -> Iterator[str]:
 
 
 def _difference(kind: str, name: str, files: str) -> str:
-    return f"{kind}: the source of {name} ({printable(files) or 'which is missing'}) differs from the plan's checksum."
+    return f"{kind}: the source of {name} ({files or 'which is missing'}) differs from the plan's checksum."
 
 
 def _content(opened: OpenedBundle, name: str) -> bytes:

@@ -19,7 +19,7 @@ from sunset.classes import CLASS_OF_CARLA_ID, CLASSES, COLOURS, PALETTE
 from sunset.data import DEPTH_RANGE_M, Frame, default_flight, read_bag
 from sunset.errors import InvalidInputError
 from sunset.evaluation.figures import entropy_figure, outage_figure
-from sunset.experiments import Options, RunSpec, Settings
+from sunset.experiments import Options, RunSpec
 from sunset.files.plots import check_figure, drawing, save_figure
 from sunset.metrics import Samples, count_classes, image_iou
 from sunset.perception import Modality, Model, Segmenter, load_model

@@ -1,8 +1,6 @@
 """Runs and campaigns: executed, planned, checked and compared."""
 
 import tempfile
-from concurrent.futures import Executor
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Unpack
@@ -109,16 +107,14 @@ def bench(
     with extended(options.get("extensions", ())):
         spec = campaign_of(suite, managers, options)
         folder = as_path(out, "folder of the results")
-        with nullcontext(executor) if scheduler is None else connected_scheduler(scheduler) as workers:
-            experiments.bench(
-                spec,
-                folder,
-                jobs=whole_of(jobs),
-                shard=None if shard is None else Shard.parse(shard),
-                executor=workers,
-                progress=progress,
-                preparing=options.get("preparing"),
-            )
+        experiments.bench(
+            spec,
+            folder,
+            jobs=whole_of(jobs),
+            shard=None if shard is None else Shard.parse(shard),
+            progress=progress,
+            preparing=options.get("preparing"),
+        )
         return Results(folder, load_results(folder))
 
 

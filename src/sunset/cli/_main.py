@@ -12,8 +12,6 @@ from typing import Final, NoReturn
 
 from sunset.cli.parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_extensions
 from sunset.errors import complaint
-from sunset.processes.forking import fill_standard_streams
-from sunset_ros.texts import sentence
 
 EXIT_INTERRUPTED: Final = 130
 _SIGNALLED: Final = 128

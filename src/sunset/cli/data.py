@@ -23,7 +23,6 @@ from sunset.data import (
     BagStatistics,
     FlightPlan,
     Frame,
-    PictureFolder,
     Reading,
     default_flight,
     find_pictures,

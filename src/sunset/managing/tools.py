@@ -17,8 +17,8 @@ from sunset.system.vocabulary import (
     full_name,
 )
 from sunset_ros.client import AnyClient
-from sunset_ros.interfaces.parameters import scalar_of
 from sunset_ros.interfaces.rcl_interfaces.srv import GetParameters
+from sunset_ros.parameter import scalar_of
 from sunset_ros.task import Future
 
 Setting = tuple[str, str]

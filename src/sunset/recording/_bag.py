@@ -3,7 +3,7 @@
 import hashlib
 import shutil
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import closing, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -21,7 +21,6 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 
 from sunset.errors import InterfaceError, RecordError, shortage
-from sunset.files.bags import open_bag
 from sunset.system_interfaces.msg import ImageDigest
 from sunset_ros.interfaces import (
     Message,

@@ -199,7 +199,6 @@ def calibrate_model(
     from sunset_lab import calibrate
 
     calibrate.check_target(loaded, target)
-    check_progress(progress)
     options = _look_options(device, jobs)
     if (path := optional_path(bag, "bag")) is None:
         frames = validation_flight(_size(loaded), jobs=options["jobs"], progress=progress)

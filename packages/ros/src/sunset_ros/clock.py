@@ -7,8 +7,7 @@ from sunset_ros.context import Context, get_default_context
 from sunset_ros.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from sunset_ros.interfaces.stamps import ns_of
 from sunset_ros.logging import Logger
-from sunset_ros.rmw.core.node import NodeHandle
-from sunset_ros.rmw.core.port import SubscriptionHandle
+from sunset_ros.rmw.core.node import NodeHandle, SubscriptionHandle
 from sunset_ros.rmw.core.qos import QoSProfile, ReliabilityPolicy
 from sunset_ros.time import ClockType, Time
 

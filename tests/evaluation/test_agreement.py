@@ -229,19 +229,6 @@ def test_failures_and_adaptations_are_those_of_the_records(
     assert only.adaptations == ({"redeploy camera": 1},) * 2
 
 
-def test_two_different_runs_of_one_experiment_are_refused(
-    fly: Store, store: Store, compared: Callable[[], list[Agreement]]
-) -> None:
-    fly("sim")
-    fly("live")
-    store("live/runs/again", scenario="paper/a", seed=1, middleware="cyclonedds", iou=0.1)
-    with pytest.raises(
-        RecordError,
-        match=r"one run of paper/a with seed 1 below .*live, got .*again and .*seed-1, which differ",
-    ):
-        compared()
-
-
 def test_a_folder_that_is_not_there(fly: Store, compared: Callable[[], list[Agreement]]) -> None:
     fly("sim")
     with pytest.raises(RecordError, match=r"no folder .*live; 'sunset agree --out' makes one"):

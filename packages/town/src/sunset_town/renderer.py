@@ -47,11 +47,6 @@ class Pose:
         return np.stack([right * cr + down * sr, down * cr - right * sr, forward])
 
 
-def pixel_width(width: int) -> float:
-    """Return the distance of neighbouring pixels' rays at distance 1, in pictures `width` pixels wide."""
-    return float(2 * np.tan(np.radians(FIELD_OF_VIEW_DEG) / 2) / width)
-
-
 def rays(pose: Pose, size: tuple[int, int]) -> Reals:
     """Return the directions (H·W + (H+1)·(W+1), 3) of the rays of a frame of H rows and W columns of pixels.
 
@@ -59,7 +54,7 @@ def rays(pose: Pose, size: tuple[int, int]) -> Reals:
     along the line of sight is 1, so that a distance in units of the direction is the planar depth.
     """
     height, width = size
-    scale = pixel_width(width)
+    scale = float(2 * np.tan(np.radians(FIELD_OF_VIEW_DEG) / 2) / width)  # of pixels, at distance 1
     axes = pose.axes()
     parts = []
     for extra, shift in ((0, 0.5), (1, 0.0)):
@@ -103,11 +98,10 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """A town at a moment: the movers in view, if any, the rays (M,) that may meet them, and the light."""
+    """A town at a moment: the movers in view, if any, and the light."""
 
     town: Town
     moving: Solid | None
-    near: Indices
     light: Light
 
 
@@ -129,7 +123,7 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     directions = rays(view.pose, size)
     origin = np.array([view.pose.x, view.pose.y, view.pose.z], dtype=np.float32)
     sunlight = light(view.time, view.weather)
-    scene = _Scene(town, *_traffic(town, view, sunlight, size), sunlight)
+    scene = _Scene(town, _traffic(town, view, sunlight, size), sunlight)
     met = _meet(scene, origin, directions)
     seen, labels = _look(scene, met, origin, directions, size)
     colours = shade(seen, directions, scene.light)
@@ -141,8 +135,8 @@ def render(town: Town, view: View, *, size: tuple[int, int] = FRAME_SIZE) -> Fra
     )
 
 
-def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> tuple[Solid | None, Indices]:
-    """Return the movers in view or near enough to cast a shadow into it, and the rays that may meet them."""
+def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> Solid | None:
+    """Return the movers in view or near enough to cast a shadow into it."""
     positions, headings = town.traffic.poses(view.time_s)
     pose = view.pose
     relative = positions - np.array([pose.x, pose.y, pose.z], dtype=np.float32)
@@ -155,29 +149,7 @@ def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> 
     seen &= np.abs(positions[:, :2]).max(axis=1) < EXTENT_M
     seen &= forward < 400
     mesh = town.traffic.mesh(positions, headings, seen)
-    seen &= forward > -radii
-    near = _rays_near(right[seen], down[seen], forward[seen], radii[seen], size)
-    return Solid(mesh) if len(mesh) else None, near
-
-
-def _rays_near(right: Reals, down: Reals, forward: Reals, radii: Reals, size: tuple[int, int]) -> Indices:
-    """Return the rays that may come as near as their radii (K,) to points (K,) of the camera's coordinates.
-
-    They pass through squares around the pictures of the balls: no point of a ball is seen farther from its
-    middle than radius · (1 + max(|right|, |down|) / forward) / (forward - radius).
-    """
-    height, width = size
-    ahead, close = np.maximum(forward, F(1e-3)), np.maximum(forward - radii, F(1e-3))
-    x, y = right / ahead, down / ahead
-    reach = radii * (1 + np.maximum(np.abs(x), np.abs(y))) / close
-    reach[forward - radii < 1] = np.inf
-    edges = np.stack([x - reach, x + reach, y - reach, y + reach], axis=1) / pixel_width(width)
-    edges += np.array([width / 2 - 1, width / 2 + 2, height / 2 - 1, height / 2 + 2])
-    bounds = np.clip(edges, 0, max(size) + 1).astype(np.int64)
-    mask = np.zeros((height + 1, width + 1), dtype=np.bool_)
-    for left, end, top, bottom in bounds.tolist():
-        mask[top:bottom, left:end] = True
-    return np.flatnonzero(np.concatenate([mask[:-1, :-1].ravel(), mask.ravel()]))
+    return Solid(mesh) if len(mesh) else None
 
 
 def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
@@ -188,10 +160,9 @@ def _meet(scene: _Scene, origin: Reals, directions: Reals) -> _Met:
     kind[~known] = -1
     depth = np.where(known, distance, F(np.inf))
     if scene.moving is not None:
-        distance, other = scene.moving.meet(origins[: len(scene.near)], pick(directions, scene.near))
-        nearer = distance < depth[scene.near]
-        rows = scene.near[nearer]
-        kind[rows], depth[rows], triangle[rows] = 2, distance[nearer], other[nearer]
+        distance, other = scene.moving.meet(origins, directions)
+        nearer = distance < depth
+        kind[nearer], depth[nearer], triangle[nearer] = 2, distance[nearer], other[nearer]
     return _Met(kind, depth, triangle)
 
 

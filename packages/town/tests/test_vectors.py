@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sunset_town.frame import Reals
-from sunset_town.vectors import dot, pick, put, scale, scaled, zeros
+from sunset_town.vectors import dot, pick, scaled
 
 ROWS = np.array([3, 0, 3])
 
@@ -22,12 +22,6 @@ def test_picked_vectors_are_a_copy_kept_by_component(vectors: Reals) -> None:
     assert vectors[3, 0] == 9
 
 
-def test_vectors_are_put_and_scaled_where_they_belong(vectors: Reals) -> None:
-    put(vectors, ROWS[:2], np.array([[1, 2, 3], [4, 5, 6]], dtype=np.float32))
-    scale(vectors, ROWS[:2], np.array([10, 100], dtype=np.float32))
-    np.testing.assert_array_equal(vectors, [[400, 500, 600], [3, 4, 5], [6, 7, 8], [10, 20, 30]])
-
-
 def test_products_are_those_of_numpy(vectors: Reals) -> None:
     axis = np.array([1, -2, 3], dtype=np.float32)
     np.testing.assert_array_equal(dot(vectors, axis), vectors @ axis)
@@ -35,4 +29,3 @@ def test_products_are_those_of_numpy(vectors: Reals) -> None:
     made = scaled(axis, np.array([2, 5], dtype=np.float32))
     np.testing.assert_array_equal(made, [[2, -4, 6], [5, -10, 15]])
     assert made.flags.f_contiguous
-    assert zeros(5).shape == (5, 3)

@@ -20,7 +20,7 @@ from sunset_town.meshes import Material
 from sunset_town.seeding import generator
 from sunset_town.textures import Surfaces, finish_solids, ground_look
 from sunset_town.town import Solid, Town
-from sunset_town.vectors import dot, pick, put, zeros
+from sunset_town.vectors import dot, pick
 
 FIELD_OF_VIEW_DEG: Final = 90.0
 """Horizontal angle of view in degrees."""
@@ -173,7 +173,8 @@ def _look(
     count = len(directions)
     reach = np.where(met.kind < 0, F(0), met.depth)
     points = origin + directions * reach[:, None]
-    normals, colours, gloss = zeros(count), zeros(count), np.zeros(count, dtype=F)
+    normals, colours = (np.zeros((count, 3), dtype=F, order="F") for _ in range(2))
+    gloss = np.zeros(count, dtype=F)
     normals[:, 2] = 1
     labels, lift = np.full(count, SKY, dtype=np.uint8), np.full(count, F(0.03))
     ground = np.flatnonzero(met.kind == 0)
@@ -182,8 +183,8 @@ def _look(
     surfaces = scene.town.ground.at(places[:, 0], places[:, 1], scene.town.terrain.bare.take(land))
     rippled = pick(scene.town.solid.normals, land)
     bare, gloss[ground] = ground_look(surfaces, places, rippled)
-    put(colours, ground, bare)
-    put(normals, ground, rippled)
+    colours[ground] = bare
+    normals[ground] = rippled
     labels[ground] = SURFACE_LABELS[surfaces]
     for kind, solid in ((1, scene.town.solid), (2, scene.moving)):
         rows = np.flatnonzero(met.kind == kind)
@@ -191,8 +192,8 @@ def _look(
             continue
         surface = _surfaces(solid, met, rows, points, directions)
         finish_solids(surface)
-        put(normals, rows, surface.normals)
-        put(colours, rows, surface.colours)
+        normals[rows] = surface.normals
+        colours[rows] = surface.colours
         gloss[rows] = surface.gloss
         labels[rows] = solid.labels.take(met.triangle[rows])
         lift[rows] = np.where(surface.materials == Material.FOLIAGE, F(0.3), F(0.03))

@@ -12,7 +12,7 @@ from sunset_town.frame import Ids, Indices, Pair, Reals
 from sunset_town.ground import Surface
 from sunset_town.meshes import Material
 from sunset_town.seeding import generator
-from sunset_town.vectors import dot, pick, put, scale, scaled
+from sunset_town.vectors import dot, pick, scaled
 
 NOISE_SIZE: Final = 1024
 NOISE_MASK: Final = NOISE_SIZE - 1
@@ -106,13 +106,13 @@ def _wear_roads(surfaces: Ids, points: Reals, colours: Reals) -> None:
     aged = look_up(broad(), x, y, 0.35)
     spots = look_up(broad(), x + F(71), y, 14.0)
     tone *= 1 + F(0.16) * aged - F(0.35) * np.clip(spots - F(0.45), 0, F(0.5))
-    scale(colours, road, tone)
+    colours[road] *= tone[:, None]
     lines = np.flatnonzero(surfaces == Surface.MARKING)
     x, y, _ = pick(points, lines).T
     worn = np.clip(look_up(broad(), x, y, 9.0) + look_up(broad(), x, y, 0.5) * F(0.6), 0, 1)
     share = (F(0.12) + F(0.6) * worn)[:, None]
     paint = pick(colours, lines)
-    put(colours, lines, paint + (_COLOURS[Surface.ASPHALT] - paint) * share)
+    colours[lines] = paint + (_COLOURS[Surface.ASPHALT] - paint) * share
 
 
 def _lay_slabs(surfaces: Ids, points: Reals, colours: Reals) -> None:
@@ -125,7 +125,7 @@ def _lay_slabs(surfaces: Ids, points: Reals, colours: Reals) -> None:
     band = (np.abs(x / 9 - np.round(x / 9)) < 0.05) | (np.abs(y / 9 - np.round(y / 9)) < 0.05)
     tone = np.where(square & band, tone * F(0.76), tone)
     dirt = np.clip(look_up(broad(), x, y, 1.3), 0, 1)
-    scale(colours, slabs, tone * (1 - F(0.2) * dirt))
+    colours[slabs] *= (tone * (1 - F(0.2) * dirt))[:, None]
 
 
 def _mottle_green(surfaces: Ids, points: Reals, colours: Reals) -> None:
@@ -144,7 +144,7 @@ def _mottle_green(surfaces: Ids, points: Reals, colours: Reals) -> None:
     base = pick(colours, green) * tone
     bare = look_up(broad(), x + F(33), y, 2.2) + F(0.5) * look_up(broad(), x, y, 7.0)
     worn = np.where(field, F(0), np.clip(bare * F(1.6) - F(0.9), 0, F(0.75)))
-    put(colours, green, base + (_WORN - base) * worn[:, None])
+    colours[green] = base + (_WORN - base) * worn[:, None]
 
 
 Drawing = Callable[["Surfaces", Indices], None]
@@ -235,7 +235,7 @@ def _draw_windows(seen: Surfaces, rows: Indices, windows: _Windows, *, shop: boo
     sill = inside & (z < F(windows.sill + 0.045))
     wall = np.where(sill[:, None], np.minimum(wall * F(1.3), F(0.7)), wall)
     share = np.where(sill[:, None], F(0), share)
-    put(seen.colours, rows, wall + (glass - wall) * share)
+    seen.colours[rows] = wall + (glass - wall) * share
     seen.gloss[rows] = share[:, 0] * F(windows.gloss)
 
 
@@ -252,7 +252,7 @@ def _draw_bricks(seen: Surfaces, rows: Indices) -> None:
     local, normals = pick(seen.points, rows) - pick(seen.anchors, rows), pick(seen.normals, rows)
     along = local[:, 1] * normals[:, 0] - local[:, 0] * normals[:, 1]
     tone = 1 + F(0.12) * look_up(grain(), along, local[:, 2], 3.0)
-    scale(seen.colours, rows, tone + F(0.14) * look_up(broad(), along, local[:, 2], 6.0))
+    seen.colours[rows] *= (tone + F(0.14) * look_up(broad(), along, local[:, 2], 6.0))[:, None]
 
 
 def _draw_stains(seen: Surfaces, rows: Indices) -> None:
@@ -263,13 +263,13 @@ def _draw_stains(seen: Surfaces, rows: Indices) -> None:
     sheet = hashed(local[:, 0] / F(1.1), local[:, 1] / F(9), 4)
     stains = look_up(broad(), x, y, 8.0)
     pools = np.clip(look_up(broad(), y, x, 3.0) - F(0.3), 0, F(0.6))
-    scale(seen.colours, rows, F(0.96) + F(0.08) * sheet + F(0.14) * stains - F(0.4) * pools)
+    seen.colours[rows] *= (F(0.96) + F(0.08) * sheet + F(0.14) * stains - F(0.4) * pools)[:, None]
 
 
 def _draw_gravel(seen: Surfaces, rows: Indices) -> None:
     x, y, _ = pick(seen.points, rows).T
     tone = 1 + F(0.16) * look_up(grain(), x, y, 5.0) + F(0.16) * look_up(broad(), x, y, 5.0)
-    scale(seen.colours, rows, tone)
+    seen.colours[rows] *= tone[:, None]
 
 
 def _draw_tiles(seen: Surfaces, rows: Indices) -> None:
@@ -282,7 +282,7 @@ def _draw_tiles(seen: Surfaces, rows: Indices) -> None:
     course = np.abs(z * F(2.6) - np.floor(z * F(2.6)) - F(0.5)) * near
     tone = 1 + F(0.12) * aged + F(0.1) * single + F(0.14) * (course - F(0.25) * near)
     base = pick(seen.colours, rows) * tone[:, None]
-    put(seen.colours, rows, base + (np.array((0.1, 0.1, 0.075), F) - base) * moss)
+    seen.colours[rows] = base + (np.array((0.1, 0.1, 0.075), F) - base) * moss
 
 
 def _draw_ribs(seen: Surfaces, rows: Indices) -> None:
@@ -295,7 +295,7 @@ def _draw_ribs(seen: Surfaces, rows: Indices) -> None:
     x, y, _ = points.T
     rust = np.clip(look_up(broad(), x, y, 4.0), 0, 1)
     base = pick(seen.colours, rows) * (1 + F(0.1) * rib)[:, None]
-    put(seen.colours, rows, base * (1 - scaled(np.array((0.1, 0.2, 0.28), F), rust)))
+    seen.colours[rows] = base * (1 - scaled(np.array((0.1, 0.2, 0.28), F), rust))
     seen.gloss[rows] = F(0.05)
 
 
@@ -303,14 +303,14 @@ def _draw_sedum(seen: Surfaces, rows: Indices) -> None:
     x, y, _ = pick(seen.points, rows).T
     share = np.clip(F(0.4) + F(0.6) * look_up(broad(), x, y, 6.0), 0, 1)[:, None]
     base = pick(seen.colours, rows) * (1 + F(0.2) * look_up(grain(), x, y, 3.0))[:, None]
-    put(seen.colours, rows, base + (np.square(np.array((0.46, 0.4, 0.28), F)) - base) * share)
+    seen.colours[rows] = base + (np.square(np.array((0.46, 0.4, 0.28), F)) - base) * share
 
 
 def _draw_panels(seen: Surfaces, rows: Indices) -> None:
     local = pick(seen.points, rows) - pick(seen.anchors, rows)
     near = np.clip(F(1.5) - seen.depth[rows] / 60, 0, 1)
     frame = (local[:, 0] - np.floor(local[:, 0]) < F(0.07)) | (local[:, 1] / F(1.7) % 1 < F(0.05))
-    put(seen.colours, rows, pick(seen.colours, rows) + (F(0.2) * frame * near)[:, None])
+    seen.colours[rows] = pick(seen.colours, rows) + (F(0.2) * frame * near)[:, None]
     seen.gloss[rows] = F(0.12)
 
 
@@ -326,14 +326,14 @@ def _draw_leaves(seen: Surfaces, rows: Indices) -> None:
     normals = outward + F(0.7) * look_up(tangle(), *leaf, 5.0)
     normals[:, 2] += F(0.25)
     normals /= np.maximum(np.sqrt(dot(normals, normals))[:, None], F(1e-6))
-    put(seen.normals, rows, normals)
+    seen.normals[rows] = normals
     speckle, clump = look_up(grain(), *leaf, 4.0), look_up(broad(), a, b, 14.0)
     tone = 1 + F(0.22) * speckle + F(0.32) * clump
     tone *= F(0.72) + F(0.28) * outward[:, 2]
     tone[clump + F(0.4) * speckle < F(-0.55)] *= F(0.5)
     hue = hashed(anchors[:, 0] * 2, anchors[:, 1] * 2, 5) - F(0.5)
     tint = 1 + scaled(np.array((0.3, 0.08, -0.1), F), hue)
-    put(seen.colours, rows, _muted(pick(seen.colours, rows)) * np.maximum(tone, F(0.2))[:, None] * tint)
+    seen.colours[rows] = _muted(pick(seen.colours, rows)) * np.maximum(tone, F(0.2))[:, None] * tint
 
 
 def _draw_needles(seen: Surfaces, rows: Indices) -> None:
@@ -343,9 +343,9 @@ def _draw_needles(seen: Surfaces, rows: Indices) -> None:
     leaf = points[:, 0] + layer * F(13.7), points[:, 1] + layer * F(7.3)
     normals = pick(seen.normals, rows) + F(0.6) * look_up(tangle(), *leaf, 5.0)
     normals[:, 2] = np.abs(normals[:, 2]) + F(0.1)
-    put(seen.normals, rows, normals / np.sqrt(dot(normals, normals))[:, None])
+    seen.normals[rows] = normals / np.sqrt(dot(normals, normals))[:, None]
     speckle = look_up(grain(), *leaf, 4.0)
-    put(seen.colours, rows, _muted(pick(seen.colours, rows)) * (F(0.9) + F(0.35) * speckle)[:, None])
+    seen.colours[rows] = _muted(pick(seen.colours, rows)) * (F(0.9) + F(0.35) * speckle)[:, None]
 
 
 def _muted(leaves: Reals) -> Reals:

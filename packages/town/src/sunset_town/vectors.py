@@ -8,11 +8,6 @@ from sunset_town.frame import Reals
 Rows = npt.NDArray[np.integer]
 
 
-def zeros(count: int) -> Reals:
-    """Return that many zero vectors (N, 3)."""
-    return np.zeros((3, count), dtype=np.float32).T
-
-
 def dot(vectors: Reals, axis: Reals) -> Reals:
     """Return the products (N,) of vectors (N, 3) with vectors (N, 3) or a vector (3,), added in a fixed order."""
     result: Reals = vectors[:, 0] * axis[..., 0] + vectors[:, 1] * axis[..., 1] + vectors[:, 2] * axis[..., 2]
@@ -27,15 +22,3 @@ def scaled(vector: Reals, factors: Reals) -> Reals:
 def pick(vectors: Reals, rows: Rows) -> Reals:
     """Return the vectors (M, 3) of the given rows (M,), a copy."""
     return vectors.T.take(rows, axis=1).T
-
-
-def put(vectors: Reals, rows: Rows, values: npt.NDArray[np.floating]) -> None:
-    """Write vectors (M, 3) into the given rows (M,)."""
-    for axis in range(3):
-        vectors[:, axis][rows] = values[:, axis]
-
-
-def scale(vectors: Reals, rows: Rows, factors: Reals) -> None:
-    """Multiply the vectors in the given rows (M,) by factors (M,)."""
-    for axis in range(3):
-        vectors[:, axis][rows] *= factors

@@ -91,10 +91,6 @@ class NodeParameters:
             InvalidParameterTypeException: a parameter cannot hold the default.
             InvalidParameterValueException: descriptor or callbacks refuse the value.
         """
-        if not isinstance(name, str) or not name:
-            raise InvalidParameterException(
-                f"A parameter's name must be a text that is not empty, got {name!r}."
-            )
         if name in self._parameters:
             raise ParameterAlreadyDeclaredException(
                 f"Parameter {name!r} of {self._parameters_of} is declared already."
@@ -274,6 +270,10 @@ class NodeParameters:
         self, name: str, value: object, descriptor: ParameterDescriptor
     ) -> tuple[Parameter, ParameterDescriptor]:
         """Return a new parameter, and its descriptor with name and type filled in."""
+        if not isinstance(name, str) or not name:
+            raise InvalidParameterException(
+                f"A parameter's name must be a text that is not empty, got {name!r}."
+            )
         descriptor = descriptor.copy()
         descriptor.name = name
         if isinstance(value, Parameter.Type):

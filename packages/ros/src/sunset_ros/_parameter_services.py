@@ -36,20 +36,11 @@ def parameter_services(node: NodeParameters) -> list[tuple[type[Service], str, C
     def list_names(request: srv.ListParameters.Request, _: Message) -> Message:
         return srv.ListParameters.Response(result=node.list_parameters(request.prefixes, request.depth))
 
-    def set_all(messages: list[ParameterMessage]) -> SetParametersResult:
-        try:
-            return node.set_parameters_atomically([Parameter.from_parameter_msg(each) for each in messages])
-        except (
-            InvalidParameterTypeException,
-            ParameterNotDeclaredException,
-        ) as error:  # the asker's mistake, and the answer says so
-            return SetParametersResult(successful=False, reason=str(error))
-
     def set_each(request: srv.SetParameters.Request, _: Message) -> Message:
-        return srv.SetParameters.Response(results=[set_all([message]) for message in request.parameters])
+        return srv.SetParameters.Response(results=[_set(node, [message]) for message in request.parameters])
 
     def set_together(request: srv.SetParametersAtomically.Request, _: Message) -> Message:
-        return srv.SetParametersAtomically.Response(result=set_all(request.parameters))
+        return srv.SetParametersAtomically.Response(result=_set(node, request.parameters))
 
     return [
         (srv.DescribeParameters, "describe_parameters", describe),
@@ -59,6 +50,16 @@ def parameter_services(node: NodeParameters) -> list[tuple[type[Service], str, C
         (srv.SetParameters, "set_parameters", set_each),
         (srv.SetParametersAtomically, "set_parameters_atomically", set_together),
     ]
+
+
+def _set(node: NodeParameters, messages: list[ParameterMessage]) -> SetParametersResult:
+    try:
+        return node.set_parameters_atomically([Parameter.from_parameter_msg(each) for each in messages])
+    except (
+        InvalidParameterTypeException,
+        ParameterNotDeclaredException,
+    ) as error:  # the asker's mistake, and the answer says so
+        return SetParametersResult(successful=False, reason=str(error))
 
 
 def _each(names: list[str], function: Callable[[str], _T]) -> list[_T]:

@@ -107,9 +107,8 @@ class Node(NodeParameters, NodeGraph):
         self.declare_parameter("use_sim_time", False)
         if automatically_declare_parameters_from_overrides:
             self._declare_overrides()
-        if start_parameter_services:
-            for srv_type, service, callback in parameter_services(self):
-                self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
+        for srv_type, service, callback in parameter_services(self) if start_parameter_services else ():
+            self.create_service(srv_type, f"~/{service}", callback, qos_profile=qos_profile_parameters)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.get_fully_qualified_name()}>"

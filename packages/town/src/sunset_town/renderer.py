@@ -141,13 +141,10 @@ def _traffic(town: Town, view: View, sunlight: Light, size: tuple[int, int]) -> 
     pose = view.pose
     relative = positions - np.array([pose.x, pose.y, pose.z], dtype=np.float32)
     right, down, forward = ((relative * axis.astype(np.float32)).sum(axis=1) for axis in pose.axes())
-    radii = town.traffic.radii
-    margin = np.minimum(radii * F(SLACK * (1 + sunlight.shadow)), F(MARGIN_M))
-    ahead = forward > -margin
+    margin = np.minimum(town.traffic.radii * F(SLACK * (1 + sunlight.shadow)), F(MARGIN_M))
     reach = np.maximum(forward, 0) + margin
-    seen = ahead & (np.abs(right) < reach) & (np.abs(down) < reach * (size[0] / size[1]) + margin)
-    seen &= np.abs(positions[:, :2]).max(axis=1) < EXTENT_M
-    seen &= forward < 400
+    seen = (np.abs(right) < reach) & (np.abs(down) < reach * (size[0] / size[1]) + margin)
+    seen &= (np.abs(positions[:, :2]).max(axis=1) < EXTENT_M) & (forward > -margin) & (forward < 400)
     mesh = town.traffic.mesh(positions, headings, seen)
     return Solid(mesh) if len(mesh) else None
 

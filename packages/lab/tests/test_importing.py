@@ -115,15 +115,15 @@ def test_one_checkpoint_makes_a_model_of_one_network(tmp_path: Path) -> None:
         ),
         (
             lambda d: d | {"classifier.4.bias": torch.full((28,), float("nan"))},
-            r"The layer 'rgb\.logits' .* not finite as float32: .* import another",
+            r"has weights that are not finite as float32: .* import another",
         ),
         (
             lambda d: d | {"classifier.4.bias": torch.full((28,), 1e300, dtype=torch.float64)},
-            r"The layer 'rgb\.logits' .* not finite as float32: .* import another",
+            r"has weights that are not finite as float32: .* import another",
         ),
         (
             lambda d: d | {"backbone.bn1.running_var": torch.linspace(1, -1, 64)},
-            r"The layer 'backbone\.conv1' .* not finite as float32: .* import another",
+            r"has weights that are not finite as float32: .* import another",
         ),
         (
             lambda d: (
@@ -131,7 +131,7 @@ def test_one_checkpoint_makes_a_model_of_one_network(tmp_path: Path) -> None:
                 | {"backbone.conv1.weight": torch.full((64, 3, 7, 7), 1e38)}
                 | {"backbone.bn1.weight": torch.full((64,), 10.0)}
             ),
-            r"The layer 'backbone\.conv1' .* not finite as float32: .* import another",
+            r"has weights that are not finite as float32: .* import another",
         ),
         (lambda _: [torch.zeros(3)], r"must hold a state dict, tensors by name, got an unsuitable list\."),
         (lambda _: {}, r"does not fit a deeplabv3_resnet50"),

@@ -116,12 +116,13 @@ def _network(key: str, path: Path) -> Network:
         ) from error
     with np.errstate(over="ignore", invalid="ignore"):  # the next lines refuse such numbers
         weights = folded_weights(layers, modules)
-    for layer, arrays in weights.items():
-        if not all(np.isfinite(array).all() for array in arrays):
-            raise ModelError(
-                f"The layer {layer!r} of the checkpoint {path} has weights that are not finite as float32: the file is "
-                "damaged or its training failed, import another one."
-            )
+    stored = [torch.isfinite(value).all() for value in modules.state_dict().values()]
+    folded = [np.isfinite(array).all() for arrays in weights.values() for array in arrays]
+    if not all(stored) or not all(folded):
+        raise ModelError(
+            f"The checkpoint {path} has weights that are not finite as float32: the file is damaged or its training "
+            "failed, import another one."
+        )
     return Network(layers, weights)
 
 

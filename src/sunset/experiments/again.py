@@ -63,21 +63,29 @@ def run_again(
             "names: read it, and say trust=True, or name it with manager."
         )
     spec, resources = _prepared(folder, stored, manager or name, model, bag, images=images)
-    has_source = is_program and stored.manager_checksum and not is_registered(spec.manager)
-    if has_source and stored.manager_checksum != checksum(spec.manager):
-        raise RecordError(
-            f"The run in {folder} was made with other source than {shown(spec.manager)} has now: restore it, or say "
-            "with manager where it is."
-        )
+    if is_program and not is_registered(spec.manager):
+        _check_source(stored, spec.manager, folder)
     again = run_prepared(spec, resources, into)
     if again.digest != stored.digest:
-        causes = ", ".join(_differences(stored, again.record)) or "the record itself"
-        where = first_difference(folder, again.folder)
-        raise RecordError(
-            f"The run in {folder} was run again, and left other messages, {where}; what differs: {causes}. Name what "
-            "it was made with, or make a new record."
-        )
+        raise _difference_error(stored, folder, again)
     return again
+
+
+def _check_source(stored: RunRecord, manager: str, folder: Path) -> None:
+    if stored.manager_checksum and stored.manager_checksum != checksum(manager):
+        raise RecordError(
+            f"The run in {folder} was made with other source than {shown(manager)} has now: restore it, or say with "
+            "manager where it is."
+        )
+
+
+def _difference_error(stored: RunRecord, folder: Path, again: StoredRun) -> RecordError:
+    causes = ", ".join(_differences(stored, again.record)) or "the record itself"
+    where = first_difference(folder, again.folder)
+    return RecordError(
+        f"The run in {folder} was run again, and left other messages, {where}; what differs: {causes}. Name what it "
+        "was made with, or make a new record."
+    )
 
 
 def play_back(

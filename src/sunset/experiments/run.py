@@ -44,7 +44,7 @@ from sunset.recording import (
     story_topics,
     timeline_of,
 )
-from sunset.scenarios import Scenario, suite_size
+from sunset.scenarios import suite_size
 from sunset.system import current_system, degradations_of, short_name, system_with
 from sunset.system_interfaces.msg import Command, FaultInjection
 from sunset_ros.interfaces.stamps import NS_PER_S, ns_of
@@ -93,29 +93,25 @@ def run_prepared(
     wanted: Callable[[str], bool] | None = None,
     played: Sequence[Command] = (),
 ) -> StoredRun:
-    """Run an experiment with the resources of `prepare`, its extensions loaded; as `run`.
+    """Run an experiment, as `run`, with its extensions loaded and its resources prepared.
 
-    The managing system's files must have the checksum `known`, if any. Where images are kept, `wanted` says of which
-    topics, if not of all. In the simulation, the commands `played` of a record are played back.
+    The managing system's files must have the checksum `known`, if any. `wanted` chooses topics whose images are kept.
+    In the simulation, the commands `played` of a record are played back.
     """
-    described = _describe(spec, resources)
+    record = _describe(spec, resources)
     with RecordWriter(folder, images=spec.settings.images, wanted=wanted) as writer:
         conduct = _run_live if spec.settings.live else partial(_run_simulated, played=played)
         outcome = conduct(spec, resources, writer, log=log, known=known)
         messages = writer.messages(story_topics())
-        observed = timeline_of(described, messages)
+        observed = timeline_of(record, messages)
         figures = score(observed)
-        reasons = [
-            *outcome.violations,
-            *_unconfirmed(messages, spec.scenario, outcome.start_ns),
-            *_unseen(observed),
-        ]
+        reasons = [*outcome.violations, *_unconfirmed(messages, spec, outcome.start_ns), *_unseen(observed)]
         if outcome.shortfall is not None:
             slowness, lost = outcome.shortfall(observed)
-            reasons += [slowness] * bool(slowness)
-            described = replace(described, computer_kept_up=not slowness, frames_lost=lost)
+            reasons += filter(None, [slowness])
+            record = replace(record, computer_kept_up=not slowness, frames_lost=lost)
         record = replace(
-            described,
+            record,
             manager_checksum=outcome.checksum,
             manager_versions=outcome.imported or UNSET,
             manager_failed=outcome.failure or None,
@@ -126,13 +122,13 @@ def run_prepared(
             valid=not reasons,
             reason="; ".join(reasons),
         )
-        stored = writer.close(record)
-    return StoredRun(folder, stored, observed, figures, log_of(messages))
+        record = writer.close(record)
+    return StoredRun(folder, record, observed, figures, log_of(messages))
 
 
-def _unconfirmed(messages: Sequence[RecordedMessage], scenario: Scenario, start_ns: int) -> Iterator[str]:
+def _unconfirmed(messages: Sequence[RecordedMessage], spec: RunSpec, start_ns: int) -> Iterator[str]:
     """Yield which faults were refused, except those that the scenario executor reports at the injection."""
-    answered = {fault.name for fault in scenario.faults if is_at_once(fault)}
+    answered = {fault.name for fault in spec.scenario.faults if is_at_once(fault)}
     for recorded in messages:
         message = recorded.message
         if isinstance(message, FaultInjection) and not message.confirmed:

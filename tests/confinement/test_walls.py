@@ -52,8 +52,10 @@ def judge(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> It
     monkeypatch.setattr("platform.machine", lambda: request.param)
     filter_program.cache_clear()
 
-    def judged(numbers: tuple[int, int], *arguments: int) -> int:
-        return verdict(filter_program(), numbers[column], *arguments, architecture=architecture)
+    def judged(numbers: tuple[int, int], *arguments: int, signals: bool = True) -> int:
+        return verdict(
+            filter_program(signals=signals), numbers[column], *arguments, architecture=architecture
+        )
 
     yield judged
     filter_program.cache_clear()
@@ -75,8 +77,19 @@ def test_the_filter_refuses_what_it_should_on_both_machines(judge: Callable[...,
     assert judge(pair, 1, 2 | 0o2000000) == _DENIED
 
 
+def test_the_filter_guards_signals_where_landlock_does_not(judge: Callable[..., int]) -> None:
+    kill, tgkill, tkill, own = (62, 129), (234, 131), (200, 130), os.getpid()
+    assert judge(kill, 1, 9) == _ALLOWED
+    for target in (0, own, -own & 0xFFFFFFFFFFFFFFFF):
+        assert judge(kill, target, 9, signals=False) == _ALLOWED
+    for target in (1, own + 1, -1 & 0xFFFFFFFFFFFFFFFF):
+        assert judge(kill, target, 9, signals=False) == _DENIED
+    assert judge(tgkill, own, own, 6, signals=False) == _ALLOWED
+    assert judge(tgkill, 1, 1, 6, signals=False) == judge(tkill, own, 9, signals=False) == _DENIED
+
+
 def test_no_other_architecture_gets_past_the_filter() -> None:
-    program = filter_program()
+    program = filter_program(signals=True)
     assert verdict(program, 20, architecture=0x40000003) == _DENIED, "that of 32 bits"
     if os.uname().machine == "x86_64":
         assert verdict(program, 0x40000000 | 39, architecture=0xC000003E) == _DENIED, "x32"

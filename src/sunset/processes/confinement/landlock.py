@@ -36,7 +36,7 @@ _READ: Final = _EXECUTE | _READ_FILE | _READ_DIR
 _RIGHTS: Final = {1: 13, 2: 14, 3: 15, 5: 16}
 """Version → the number of rights from this version on."""
 _NET_SINCE: Final = 4
-_SCOPES_SINCE: Final = 6
+SCOPES_SINCE: Final = 6
 """The first version that restricts abstract sockets and signals to other processes."""
 _SCOPES: Final = 0b11
 
@@ -84,7 +84,7 @@ def restrict_files(
         _READ_FILE | _WRITE_FILE | _TRUNCATE: devices,
         _READ_DIR: listed,
     }
-    size = 8 if version < _NET_SINCE else 16 if version < _SCOPES_SINCE else 24
+    size = 8 if version < _NET_SINCE else 16 if version < SCOPES_SINCE else 24
     rules = _call(_CREATE_RULESET, ctypes.byref(_Ruleset(handled, 0, _SCOPES)), size, 0)
     try:
         for allowed, paths in rights.items():

@@ -6,6 +6,7 @@ of x86-64 and of aarch64.
 
 import ctypes
 import errno
+import os
 import platform
 import struct
 import sys
@@ -58,6 +59,10 @@ _DENIED: Final[Mapping[str, Numbers]] = {
 _CLONE, _CLONE3, _SOCKET, _SOCKETPAIR, _PRCTL = (56, 220), (435, 435), (41, 198), (53, 199), (157, 167)
 _SET_SIGNAL_OF_PARENTS_DEATH: Final = 1
 """PR_SET_PDEATHSIG: a process must not outlive its keeper."""
+_SIGNALS: Final = ((62, 129), (234, 131), (129, 138), (297, 240))
+"""kill, tgkill, rt_sigqueueinfo, rt_tgsigqueueinfo: the first argument is the process."""
+_OTHER_SIGNALS: Final = ((200, 130), (424, 424))
+"""tkill, pidfd_send_signal."""
 _NAMESPACES: Final = 0x7E020080  # time, mount, cgroup, UTS, IPC, user, process, network
 _FAMILIES: Final = (2, 10)
 """AF_INET and AF_INET6."""
@@ -93,17 +98,21 @@ def can_filter_calls() -> bool:
     return int(libc().prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0
 
 
-def filter_calls() -> None:
-    """Deny system calls to this thread and its children for ever, where `can_filter_calls`."""
+def filter_calls(*, signals: bool) -> None:
+    """Deny system calls to this thread and its children for ever, where `can_filter_calls`.
+
+    Args:
+        signals: whether Landlock restricts signals; if not, the process can signal only itself and its group.
+    """
     if can_filter_calls():
-        code = filter_program()
+        code = filter_program(signals=signals)
         program = _Program(len(code) // _INSTRUCTION.size, code)
         checked(libc().prctl(_SET_SECCOMP, _FILTER, ctypes.byref(program), 0, 0))
 
 
 @cache
-def filter_program() -> bytes:
-    """Return the filter for this machine."""
+def filter_program(*, signals: bool) -> bytes:
+    """Return the filter for this machine; without `signals` for this process only."""
     machine = platform.machine()
     column = [*_ARCHITECTURES].index(machine)
     program: list[Instruction] = [
@@ -114,7 +123,8 @@ def filter_program() -> bytes:
     ]
     if machine == "x86_64":  # the same calls have other numbers there
         program += [(_AT_LEAST, 0, 1, _X32), _RETURN_DENY]
-    for numbers, test in _tests():
+    tests = [*_tests(), *([] if signals else _signal_tests())]
+    for numbers, test in tests:
         program += [(_EQUAL, 0, len(test), numbers[column]), *test]
     return b"".join(_INSTRUCTION.pack(*instruction) for instruction in [*program, _RETURN_ALLOW])
 
@@ -132,6 +142,15 @@ def _tests() -> Iterator[tuple[Numbers, list[Instruction]]]:
     # a pair for datagrams could send to any path
     yield _SOCKETPAIR, [_argument(1), (_AND, 0, 0, _TYPE), *_allow_any((_STREAM, _SEQPACKET))]
     yield _PRCTL, [_argument(0), (_EQUAL, 0, 1, _SET_SIGNAL_OF_PARENTS_DEATH), _RETURN_DENY, _RETURN_ALLOW]
+
+
+def _signal_tests() -> Iterator[tuple[Numbers, list[Instruction]]]:
+    """Yield as `_tests` for signals, which Landlock restricts from Linux 6.12 on."""
+    own = os.getpid()
+    for numbers in _SIGNALS:
+        yield numbers, [_argument(0), *_allow_any([0, own, -own & 0xFFFFFFFF])]
+    for numbers in _OTHER_SIGNALS:
+        yield numbers, [_RETURN_DENY]
 
 
 def _argument(index: int) -> Instruction:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from sunset.files.sources import PACKAGES, has_libraries
-from sunset.processes.confinement.landlock import landlock_version, restrict_files
+from sunset.processes.confinement.landlock import SCOPES_SINCE, landlock_version, restrict_files
 from sunset.processes.confinement.namespaces import can_enclose, enclose
 from sunset.processes.confinement.privileges import drop_root
 from sunset.processes.confinement.seccomp import can_filter_calls, filter_calls, filter_program
@@ -98,7 +98,7 @@ def put_up(view: View, folder: Path) -> None:
         _DEVICES,
         listed=[part for _, listed in parts for part in listed],
     )
-    filter_calls()
+    filter_calls(signals=landlock_version() >= SCOPES_SINCE)
 
 
 @cache
@@ -113,7 +113,7 @@ def prepare() -> None:
         _without_hidden(place)
     enclosing()
     if can_filter_calls():
-        filter_program()
+        filter_program(signals=landlock_version() >= SCOPES_SINCE)
 
 
 @cache

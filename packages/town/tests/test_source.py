@@ -12,10 +12,6 @@ SOURCE = Path(sunset_town.__file__).parent
 WITH_EXAMPLES = sorted(path.stem for path in SOURCE.glob("*.py") if ">>> " in path.read_text("utf-8"))
 
 
-def test_the_package_has_what_it_exports() -> None:
-    assert [name for name in sunset_town.__all__ if not hasattr(sunset_town, name)] == []
-
-
 @pytest.mark.parametrize("name", WITH_EXAMPLES)
 def test_the_examples_in_docstrings_are_true(name: str) -> None:
     results = doctest.testmod(importlib.import_module(f"sunset_town.{name}"))

@@ -1,65 +1,39 @@
 """Flights: rendered frames, bags (rosbag2) in and out, and the import of recordings."""
 
-from sunset.data.bag import TOPICS, BagReader, read_bag, write_bag
-from sunset.data.bag_statistics import BagStatistics, bag_statistics
-from sunset.data.conventions import DEPTH_UNITS, IDS, SYNDRONE, Reading
-from sunset.data.flight import (
-    DEFAULT_FLIGHT,
-    RENDERING,
-    FlightPlan,
-    bag_checksum,
-    cache_folder,
-    default_flight,
-    flight_bag,
-    flight_bags,
-    flight_place,
-    flights_folder,
-    frames_for,
-    kept_bag,
-    render_frames,
-    render_views,
-)
-from sunset.data.picture_folder import PictureFolder, find_pictures
-from sunset.data.syndrone import find_syndrone, is_syndrone, survey_syndrone
-from sunset.flights import TIMES, WEATHERS
-from sunset_town import DEPTH_RANGE_M, FRAME_SIZE, HEIGHTS_M, PITCHES_DEG, RENDER_VERSION, Frame
-
-__all__ = [
-    "DEFAULT_FLIGHT",
-    "DEPTH_RANGE_M",
-    "DEPTH_UNITS",
-    "FRAME_SIZE",
-    "HEIGHTS_M",
-    "IDS",
-    "PITCHES_DEG",
-    "RENDERING",
-    "RENDER_VERSION",
-    "SYNDRONE",
-    "TIMES",
-    "TOPICS",
-    "WEATHERS",
-    "BagReader",
-    "BagStatistics",
-    "FlightPlan",
-    "Frame",
-    "PictureFolder",
-    "Reading",
-    "bag_checksum",
-    "bag_statistics",
-    "cache_folder",
-    "default_flight",
-    "find_pictures",
-    "find_syndrone",
-    "flight_bag",
-    "flight_bags",
-    "flight_place",
-    "flights_folder",
-    "frames_for",
-    "is_syndrone",
-    "kept_bag",
-    "read_bag",
-    "render_frames",
-    "render_views",
-    "survey_syndrone",
-    "write_bag",
-]
+from sunset.data.bag import TOPICS as TOPICS
+from sunset.data.bag import BagReader as BagReader
+from sunset.data.bag import read_bag as read_bag
+from sunset.data.bag import write_bag as write_bag
+from sunset.data.bag_statistics import BagStatistics as BagStatistics
+from sunset.data.bag_statistics import bag_statistics as bag_statistics
+from sunset.data.conventions import DEPTH_UNITS as DEPTH_UNITS
+from sunset.data.conventions import IDS as IDS
+from sunset.data.conventions import SYNDRONE as SYNDRONE
+from sunset.data.conventions import Reading as Reading
+from sunset.data.flight import DEFAULT_FLIGHT as DEFAULT_FLIGHT
+from sunset.data.flight import RENDERING as RENDERING
+from sunset.data.flight import FlightPlan as FlightPlan
+from sunset.data.flight import bag_checksum as bag_checksum
+from sunset.data.flight import cache_folder as cache_folder
+from sunset.data.flight import default_flight as default_flight
+from sunset.data.flight import flight_bag as flight_bag
+from sunset.data.flight import flight_bags as flight_bags
+from sunset.data.flight import flight_place as flight_place
+from sunset.data.flight import flights_folder as flights_folder
+from sunset.data.flight import frames_for as frames_for
+from sunset.data.flight import kept_bag as kept_bag
+from sunset.data.flight import render_frames as render_frames
+from sunset.data.flight import render_views as render_views
+from sunset.data.picture_folder import PictureFolder as PictureFolder
+from sunset.data.picture_folder import find_pictures as find_pictures
+from sunset.data.syndrone import find_syndrone as find_syndrone
+from sunset.data.syndrone import is_syndrone as is_syndrone
+from sunset.data.syndrone import survey_syndrone as survey_syndrone
+from sunset.flights import TIMES as TIMES
+from sunset.flights import WEATHERS as WEATHERS
+from sunset_town import DEPTH_RANGE_M as DEPTH_RANGE_M
+from sunset_town import FRAME_SIZE as FRAME_SIZE
+from sunset_town import HEIGHTS_M as HEIGHTS_M
+from sunset_town import PITCHES_DEG as PITCHES_DEG
+from sunset_town import RENDER_VERSION as RENDER_VERSION
+from sunset_town import Frame as Frame

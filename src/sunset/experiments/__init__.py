@@ -1,61 +1,34 @@
 """The composition root: (scenario, seed, managing system, settings) → a record."""
 
-from sunset.experiments.again import play_back, run_again
-from sunset.experiments.bench import Shard, bench
-from sunset.experiments.campaign import (
-    BenchSpec,
-    added_managers,
-    campaign_managers,
-    in_turn,
-    plan,
-    run_folder,
-)
-from sunset.experiments.checking import ManagerCheck, check_manager
-from sunset.experiments.manager import manager_checksum
-from sunset.experiments.resources import (
-    inference_file,
-    missing_networks,
-    model_checksum,
-    prepare,
-    prepare_runs,
-    warn_of_walls,
-)
-from sunset.experiments.run import keep_last_run, last_run, run
-from sunset.experiments.settings import OPTIONS, Options, RunTiming, Settings, Timing
-from sunset.experiments.spec import CHECK_SCENARIO, DEFAULT_SCENARIO, RunSpec, scenario_of
-from sunset.recording import count_runs
-
-__all__ = [
-    "CHECK_SCENARIO",
-    "DEFAULT_SCENARIO",
-    "OPTIONS",
-    "BenchSpec",
-    "ManagerCheck",
-    "Options",
-    "RunSpec",
-    "RunTiming",
-    "Settings",
-    "Shard",
-    "Timing",
-    "added_managers",
-    "bench",
-    "campaign_managers",
-    "check_manager",
-    "count_runs",
-    "in_turn",
-    "inference_file",
-    "keep_last_run",
-    "last_run",
-    "manager_checksum",
-    "missing_networks",
-    "model_checksum",
-    "plan",
-    "play_back",
-    "prepare",
-    "prepare_runs",
-    "run",
-    "run_again",
-    "run_folder",
-    "scenario_of",
-    "warn_of_walls",
-]
+from sunset.experiments.again import play_back as play_back
+from sunset.experiments.again import run_again as run_again
+from sunset.experiments.bench import Shard as Shard
+from sunset.experiments.bench import bench as bench
+from sunset.experiments.campaign import BenchSpec as BenchSpec
+from sunset.experiments.campaign import added_managers as added_managers
+from sunset.experiments.campaign import campaign_managers as campaign_managers
+from sunset.experiments.campaign import in_turn as in_turn
+from sunset.experiments.campaign import plan as plan
+from sunset.experiments.campaign import run_folder as run_folder
+from sunset.experiments.checking import ManagerCheck as ManagerCheck
+from sunset.experiments.checking import check_manager as check_manager
+from sunset.experiments.manager import manager_checksum as manager_checksum
+from sunset.experiments.resources import inference_file as inference_file
+from sunset.experiments.resources import missing_networks as missing_networks
+from sunset.experiments.resources import model_checksum as model_checksum
+from sunset.experiments.resources import prepare as prepare
+from sunset.experiments.resources import prepare_runs as prepare_runs
+from sunset.experiments.resources import warn_of_walls as warn_of_walls
+from sunset.experiments.run import keep_last_run as keep_last_run
+from sunset.experiments.run import last_run as last_run
+from sunset.experiments.run import run as run
+from sunset.experiments.settings import OPTIONS as OPTIONS
+from sunset.experiments.settings import Options as Options
+from sunset.experiments.settings import RunTiming as RunTiming
+from sunset.experiments.settings import Settings as Settings
+from sunset.experiments.settings import Timing as Timing
+from sunset.experiments.spec import CHECK_SCENARIO as CHECK_SCENARIO
+from sunset.experiments.spec import DEFAULT_SCENARIO as DEFAULT_SCENARIO
+from sunset.experiments.spec import RunSpec as RunSpec
+from sunset.experiments.spec import scenario_of as scenario_of
+from sunset.recording import count_runs as count_runs

@@ -1,59 +1,33 @@
 """Figures of a run, measured from outside: pure functions of a timeline."""
 
-from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
-from sunset.metrics.confusion import (
-    ClassCounts,
-    accumulated_iou,
-    class_iou,
-    count_classes,
-    image_iou,
-    normalised_entropy,
-)
-from sunset.metrics.episodes import Episode, Spell, excesses, failure_episodes, silences, spells_of
-from sunset.metrics.score import RunMetrics, downtime, score, utility_of
-from sunset.metrics.timeline import (
-    NUMBER_OF_CLASSES,
-    Command,
-    Diagnosis,
-    Evidence,
-    Frames,
-    Injection,
-    Samples,
-    Setting,
-    Timeline,
-)
-from sunset.metrics.treatments import FATES, FaultOutcome, Settings
-
-__all__ = [
-    "FATES",
-    "NUMBER_OF_CLASSES",
-    "ClassCounts",
-    "Command",
-    "Diagnosis",
-    "Episode",
-    "Evidence",
-    "ExecutedAdaptation",
-    "FaultOutcome",
-    "Frames",
-    "Injection",
-    "RunMetrics",
-    "Samples",
-    "Setting",
-    "Settings",
-    "Spell",
-    "Timeline",
-    "accumulated_iou",
-    "class_iou",
-    "count_classes",
-    "downtime",
-    "excesses",
-    "executed_adaptations",
-    "failure_episodes",
-    "image_iou",
-    "normalised_entropy",
-    "score",
-    "silences",
-    "spells_of",
-    "unnecessary_redeploys",
-    "utility_of",
-]
+from sunset.metrics.adaptations import ExecutedAdaptation as ExecutedAdaptation
+from sunset.metrics.adaptations import executed_adaptations as executed_adaptations
+from sunset.metrics.adaptations import unnecessary_redeploys as unnecessary_redeploys
+from sunset.metrics.confusion import ClassCounts as ClassCounts
+from sunset.metrics.confusion import accumulated_iou as accumulated_iou
+from sunset.metrics.confusion import class_iou as class_iou
+from sunset.metrics.confusion import count_classes as count_classes
+from sunset.metrics.confusion import image_iou as image_iou
+from sunset.metrics.confusion import normalised_entropy as normalised_entropy
+from sunset.metrics.episodes import Episode as Episode
+from sunset.metrics.episodes import Spell as Spell
+from sunset.metrics.episodes import excesses as excesses
+from sunset.metrics.episodes import failure_episodes as failure_episodes
+from sunset.metrics.episodes import silences as silences
+from sunset.metrics.episodes import spells_of as spells_of
+from sunset.metrics.score import RunMetrics as RunMetrics
+from sunset.metrics.score import downtime as downtime
+from sunset.metrics.score import score as score
+from sunset.metrics.score import utility_of as utility_of
+from sunset.metrics.timeline import NUMBER_OF_CLASSES as NUMBER_OF_CLASSES
+from sunset.metrics.timeline import Command as Command
+from sunset.metrics.timeline import Diagnosis as Diagnosis
+from sunset.metrics.timeline import Evidence as Evidence
+from sunset.metrics.timeline import Frames as Frames
+from sunset.metrics.timeline import Injection as Injection
+from sunset.metrics.timeline import Samples as Samples
+from sunset.metrics.timeline import Setting as Setting
+from sunset.metrics.timeline import Timeline as Timeline
+from sunset.metrics.treatments import FATES as FATES
+from sunset.metrics.treatments import FaultOutcome as FaultOutcome
+from sunset.metrics.treatments import Settings as Settings

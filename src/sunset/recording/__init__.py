@@ -5,61 +5,32 @@ A record is a folder with three files: `messages.mcap` and `metadata.yaml` are a
 specification have the same bytes. A run that keeps its images has a fourth file, `images.mcap`.
 """
 
-from sunset.recording._bag import BAG_FILES, RecordedMessage
-from sunset.recording.images import IMAGES_FILE, StoredImage, image_digests, read_images
-from sunset.recording.reader import (
-    StoredRun,
-    check_extensions,
-    read_messages,
-    read_stored_run,
-    read_timeline,
-    story_topics,
-)
-from sunset.recording.schema import (
-    PLAN_VERSION,
-    SCORE_REFERENCES,
-    TABLE_REFERENCES,
-    CampaignPlan,
-    RunRecord,
-    StoredFault,
-    StoredFlight,
-    count_runs,
-    differences,
-    read_plan,
-    read_run,
-    stored_figures,
-)
-from sunset.recording.timelines import LogLine, log_of, measured_topics, timeline_of
-from sunset.recording.writer import RecordWriter
-
-__all__ = [
-    "BAG_FILES",
-    "IMAGES_FILE",
-    "PLAN_VERSION",
-    "SCORE_REFERENCES",
-    "TABLE_REFERENCES",
-    "CampaignPlan",
-    "LogLine",
-    "RecordWriter",
-    "RecordedMessage",
-    "RunRecord",
-    "StoredFault",
-    "StoredFlight",
-    "StoredImage",
-    "StoredRun",
-    "check_extensions",
-    "count_runs",
-    "differences",
-    "image_digests",
-    "log_of",
-    "measured_topics",
-    "read_images",
-    "read_messages",
-    "read_plan",
-    "read_run",
-    "read_stored_run",
-    "read_timeline",
-    "stored_figures",
-    "story_topics",
-    "timeline_of",
-]
+from sunset.recording._bag import BAG_FILES as BAG_FILES
+from sunset.recording._bag import RecordedMessage as RecordedMessage
+from sunset.recording.images import IMAGES_FILE as IMAGES_FILE
+from sunset.recording.images import StoredImage as StoredImage
+from sunset.recording.images import image_digests as image_digests
+from sunset.recording.images import read_images as read_images
+from sunset.recording.reader import StoredRun as StoredRun
+from sunset.recording.reader import check_extensions as check_extensions
+from sunset.recording.reader import read_messages as read_messages
+from sunset.recording.reader import read_stored_run as read_stored_run
+from sunset.recording.reader import read_timeline as read_timeline
+from sunset.recording.reader import story_topics as story_topics
+from sunset.recording.schema import PLAN_VERSION as PLAN_VERSION
+from sunset.recording.schema import SCORE_REFERENCES as SCORE_REFERENCES
+from sunset.recording.schema import TABLE_REFERENCES as TABLE_REFERENCES
+from sunset.recording.schema import CampaignPlan as CampaignPlan
+from sunset.recording.schema import RunRecord as RunRecord
+from sunset.recording.schema import StoredFault as StoredFault
+from sunset.recording.schema import StoredFlight as StoredFlight
+from sunset.recording.schema import count_runs as count_runs
+from sunset.recording.schema import differences as differences
+from sunset.recording.schema import read_plan as read_plan
+from sunset.recording.schema import read_run as read_run
+from sunset.recording.schema import stored_figures as stored_figures
+from sunset.recording.timelines import LogLine as LogLine
+from sunset.recording.timelines import log_of as log_of
+from sunset.recording.timelines import measured_topics as measured_topics
+from sunset.recording.timelines import timeline_of as timeline_of
+from sunset.recording.writer import RecordWriter as RecordWriter

@@ -49,11 +49,6 @@ def test_the_command_names_and_writes_modules_that_differ_from_their_definitions
     assert output() == ""
 
 
-def test_every_export_exists() -> None:
-    for name in sunset_ros.interfaces.__all__:
-        assert hasattr(sunset_ros.interfaces, name)
-
-
 def test_defaults_arrays_and_padding_of_any_definition_work(tmp_path: Path) -> None:
     text = """
     uint8 a 7

@@ -10,28 +10,14 @@ fields, constants and defaults; sequences and arrays of numbers are numpy arrays
 Header(stamp=Time(sec=0, nanosec=0), frame_id='camera')
 """
 
-from sunset_ros.generator.definitions import FieldType
-from sunset_ros.interfaces._message import Message, Service
-from sunset_ros.interfaces._registry import (
-    field_types,
-    get_message,
-    get_service,
-    message_definition,
-    type_hash,
-    type_name,
-)
-from sunset_ros.interfaces._serialization import deserialize, serialize
-
-__all__ = [
-    "FieldType",
-    "Message",
-    "Service",
-    "deserialize",
-    "field_types",
-    "get_message",
-    "get_service",
-    "message_definition",
-    "serialize",
-    "type_hash",
-    "type_name",
-]
+from sunset_ros.generator.definitions import FieldType as FieldType
+from sunset_ros.interfaces._message import Message as Message
+from sunset_ros.interfaces._message import Service as Service
+from sunset_ros.interfaces._registry import field_types as field_types
+from sunset_ros.interfaces._registry import get_message as get_message
+from sunset_ros.interfaces._registry import get_service as get_service
+from sunset_ros.interfaces._registry import message_definition as message_definition
+from sunset_ros.interfaces._registry import type_hash as type_hash
+from sunset_ros.interfaces._registry import type_name as type_name
+from sunset_ros.interfaces._serialization import deserialize as deserialize
+from sunset_ros.interfaces._serialization import serialize as serialize

@@ -5,22 +5,11 @@ from typing import Final
 
 from sunset_ros.interfaces import Message, type_hash, type_name
 from sunset_ros.rmw.dds import _wheel as wheel
-from sunset_ros.rmw.dds._endpoints import CycloneDDS
+from sunset_ros.rmw.dds._endpoints import CycloneDDS as CycloneDDS
 from sunset_ros.rmw.dds._graph import dds_type_name
-from sunset_ros.rmw.dds._tap import CycloneTap
-from sunset_ros.rmw.dds.domains import free_domain_id, sole_system
-
-__all__ = [
-    "RMW_IMPLEMENTATION",
-    "CycloneDDS",
-    "CycloneTap",
-    "free_domain_id",
-    "join",
-    "observe",
-    "prepare",
-    "sole_system",
-    "versions",
-]
+from sunset_ros.rmw.dds._tap import CycloneTap as CycloneTap
+from sunset_ros.rmw.dds.domains import free_domain_id as free_domain_id
+from sunset_ros.rmw.dds.domains import sole_system as sole_system
 
 RMW_IMPLEMENTATION: Final = "rmw_cyclonedds_cpp"
 """The RMW_IMPLEMENTATION of ROS 2 nodes that can communicate with ours."""

@@ -105,7 +105,7 @@ def node_error(
 ) -> ExtensionError | None:
     """Return the error for an extension's code that raised in a node; None if SUNSET itself raised.
 
-    Any code of an extension, a class or the effect of a fault, runs in a managed node.
+    Code of an extension, a class or the effect of a fault, runs in a managed node.
     """
     cause = error.origin if isinstance(error, CallbackError) else error
     if cause is not error and isinstance(cause, ExtensionError):  # a redeployed node could not be started

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Unpack
 
 from sunset.errors import ParameterError
 from sunset.nodes.images import image_of_bgr, image_of_depth, image_of_labels
@@ -16,7 +16,7 @@ from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.interfaces.stamps import NS_PER_S, stamp_of
 from sunset_ros.interfaces.std_msgs.msg import Header
 from sunset_ros.interfaces.std_srvs.srv import Trigger
-from sunset_ros.node import Node
+from sunset_ros.node import Node, NodeOptions
 from sunset_ros.time import ClockType
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class BagPlayer(Node):
 
     _speed = 1.0
 
-    def __init__(self, *, reader: "BagReader | None" = None, **options: Any) -> None:
+    def __init__(self, *, reader: "BagReader | None" = None, **options: Unpack[NodeOptions]) -> None:
         super().__init__(BAG_PLAYER, **options)
         self._declare_parameters()
         self._bag = reader or self._named_bag()
@@ -171,7 +171,7 @@ class LiveBagPlayer(BagPlayer):
         origin_ns: the system's time, nanoseconds since 1970, at which `/clock` is 0; 0 for the player's start.
     """
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, **options: Unpack[NodeOptions]) -> None:
         super().__init__(**options)
         self._speed = float(self._value("speed"))
         self._steady = Clock(clock_type=ClockType.STEADY_TIME, context=self.context)

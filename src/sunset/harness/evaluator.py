@@ -1,6 +1,6 @@
 """The evaluator: compares the pipeline's results with the recorded labels."""
 
-from typing import Any, Final
+from typing import Final, Unpack
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from sunset.system import EVALUATION_TOPIC, RESULT_TOPIC, TRUTH_TOPIC
 from sunset.system_interfaces.msg import FrameEvaluation
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.interfaces.std_msgs.msg import Header
-from sunset_ros.node import Node
+from sunset_ros.node import Node, NodeOptions
 
 _WAITING: Final = 100
 """How many frames without a partner are kept: ten seconds at 10 Hz."""
@@ -25,7 +25,7 @@ class Evaluator(Node):
     A truth without a known class is published at once, with the IoU NaN.
     """
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, **options: Unpack[NodeOptions]) -> None:
         super().__init__("evaluator", **options)
         self._truths: dict[int, Image] = {}
         self._results: dict[int, Image] = {}

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable
 from functools import partial
-from typing import Any, cast
+from typing import Unpack, cast
 
 from sunset.harness._injector import Answer, Injector
 from sunset.harness._world import Occurrence, World, course
@@ -32,7 +32,7 @@ from sunset_ros.interfaces.lifecycle_msgs.msg import TransitionEvent
 from sunset_ros.interfaces.rcl_interfaces.msg import ParameterDescriptor, ParameterEvent
 from sunset_ros.interfaces.stamps import NS_PER_S, stamp_of
 from sunset_ros.interfaces.std_srvs.srv import Trigger
-from sunset_ros.node import Node
+from sunset_ros.node import Node, NodeOptions
 from sunset_ros.parameter import Parameter
 from sunset_ros.task import Future
 
@@ -68,7 +68,7 @@ class ScenarioExecutor(Node):
         ScenarioError: the scenario is not usable.
     """
 
-    def __init__(self, scenario: Scenario | None = None, **options: Any) -> None:
+    def __init__(self, scenario: Scenario | None = None, **options: Unpack[NodeOptions]) -> None:
         super().__init__(SCENARIO_EXECUTOR, **options)
         described = ParameterDescriptor(description="name or file of the scenario", read_only=True)
         name = self.declare_parameter("scenario", scenario.name if scenario else "", described).value

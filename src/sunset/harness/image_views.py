@@ -1,6 +1,6 @@
 """A node for viewers, which converts depth images and labels to the encodings of ROS's tools."""
 
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from sunset.faults import DEPTH_COUNTS_PER_METRE
 from sunset.nodes.images import array_of_depth, array_of_labels, image_of_bgr, image_of_metres
 from sunset.system import HARNESS, RESULT_TOPIC, full_name
 from sunset_ros.interfaces.sensor_msgs.msg import Image
-from sunset_ros.node import Node
+from sunset_ros.node import Node, NodeOptions
 
 
 class ImageViews(Node):
@@ -18,7 +18,7 @@ class ImageViews(Node):
     It converts images only while a node subscribes to them.
     """
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, **options: Unpack[NodeOptions]) -> None:
         super().__init__("image_views", **options)
         topics = HARNESS["image_views"].outputs
         self._depth, self._labels = (self.create_publisher(Image, topic, 1) for topic in topics)

@@ -1,7 +1,7 @@
 """The monitor: collects the symptoms of the managed system for the managing system."""
 
 from functools import partial
-from typing import Any, Final
+from typing import Final, Unpack
 
 from sunset.system import (
     BLACKBOARD_TOPIC,
@@ -19,7 +19,7 @@ from sunset.system import (
 from sunset.system_interfaces.msg import SetBlackboardGroup
 from sunset_ros.interfaces import Message, get_message
 from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from sunset_ros.node import Node
+from sunset_ros.node import Node, NodeOptions
 from sunset_ros.parameter import Parameter
 
 _PERIOD_S: Final = 0.1
@@ -39,7 +39,7 @@ class Monitor(Node):
     - `<node>_heartbeat_freq`: heartbeats of the last second.
     """
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, **options: Unpack[NodeOptions]) -> None:
         super().__init__("monitor", **options)
         self._topics: dict[str, Rate] = {}
         self._managed = current_system().nodes

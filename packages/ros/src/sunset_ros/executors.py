@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Self, TypeVar
+from typing import Self, TypeVar, Unpack
 
 from sunset_ros.context import Context, get_default_context
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.exceptions import NotInitializedException
-from sunset_ros.node import Node
+from sunset_ros.node import Node, NodeOptions
 from sunset_ros.rmw.core.node import Middleware
 from sunset_ros.signals import SignalHandlerOptions, install_signal_handlers
 from sunset_ros.task import Future, callback_name, drive
@@ -168,7 +168,7 @@ def ok(*, context: Context | None = None) -> bool:
     return (context or get_default_context()).ok()
 
 
-def create_node(node_name: str, **options: Any) -> Node:
+def create_node(node_name: str, **options: Unpack[NodeOptions]) -> Node:
     """Make a node; see `Node` for the options."""
     return Node(node_name, **options)
 

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeAlias, TypeVar
+from typing import TypeAlias, TypedDict, TypeVar
 
 from sunset_ros._node_graph import NodeGraph
 from sunset_ros._node_parameters import Changes, NodeParameters
@@ -38,6 +38,20 @@ __all__ = ["Node", "NodeNameNonExistentError"]
 
 MessageT = TypeVar("MessageT", bound=Message)
 Part: TypeAlias = AnyPublisher | AnySubscription | AnyClient | Service | Timer
+
+
+class NodeOptions(TypedDict, total=False):
+    """The keyword arguments of `Node`, which subclasses pass on."""
+
+    context: Context | None
+    cli_args: Sequence[str] | None
+    namespace: str | None
+    use_global_arguments: bool
+    enable_rosout: bool
+    start_parameter_services: bool
+    parameter_overrides: list[Parameter] | None
+    allow_undeclared_parameters: bool
+    automatically_declare_parameters_from_overrides: bool
 
 
 class Node(NodeParameters, NodeGraph):

@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable
 from time import monotonic
-from typing import Any
+from typing import cast
 
 import sunset
 from sunset.cli.options import add_count_option, add_flag, add_path, add_settings
@@ -76,7 +76,8 @@ def _add_scale(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Train."""
     names = sunset.TrainingOptions.__annotations__
-    options: dict[str, Any] = {name: value for name, value in vars(arguments).items() if name in names}
+    chosen = {name: value for name, value in vars(arguments).items() if name in names}
+    options = cast("sunset.TrainingOptions", chosen)
     try:
         with stages_progress() as progress:
             progress("Preparing")

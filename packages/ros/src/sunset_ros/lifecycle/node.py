@@ -1,7 +1,7 @@
 """Nodes with a lifecycle, as in `rclpy.lifecycle.node`."""
 
 from collections.abc import Awaitable
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar, Unpack
 
 from sunset_ros.errors import MiddlewareError
 from sunset_ros.interfaces import Message
@@ -23,7 +23,7 @@ from sunset_ros.lifecycle._state_machine import (
 )
 from sunset_ros.lifecycle.managed_entity import ManagedEntity
 from sunset_ros.lifecycle.publisher import LifecyclePublisher
-from sunset_ros.node import Node
+from sunset_ros.node import Node, NodeOptions
 from sunset_ros.qos import qos_profile_services_default
 from sunset_ros.rmw.core.port import CallbackError, RequestId
 from sunset_ros.rmw.core.qos import QoSProfile
@@ -57,7 +57,7 @@ class LifecycleNode(Node):
     """
 
     def __init__(
-        self, node_name: str, *, enable_communication_interface: bool = True, **options: Any
+        self, node_name: str, *, enable_communication_interface: bool = True, **options: Unpack[NodeOptions]
     ) -> None:
         super().__init__(node_name, **options)
         self._state_machine = StateMachine()

@@ -56,7 +56,6 @@ Mistake = Callable[[Path], object]
 
 RUNS: dict[str, tuple[Mistake, str]] = {
     "unknown scenario": (lambda _: api.run("gpu_failur"), "did you mean 'gpu_failure'"),
-    "file with a null byte": (lambda _: api.run("a\0b.yaml"), "There is no scenario file"),
     "factory with an argument that is not known": (
         lambda _: api.run("gpu_failure", functools.partial(OwnConstructor, loss=1)),  # type: ignore[call-arg]
         "cannot make a managing system",

@@ -437,16 +437,6 @@ def test_what_a_terminal_would_obey_is_shown_instead(
     assert not {character for character in told if not character.isprintable()} - {"\n"}
 
 
-@pytest.mark.parametrize("name", ["=1+1", "@SUM(A1)", "+cmd|'A0'", "-2+3"])
-def test_csv_has_no_cell_that_a_spreadsheet_computes(name: str) -> None:
-    lines = list(
-        csv.DictReader(io.StringIO(format_report(table(run(name, "paper", 1, t_react_s=-0.5)), "csv")))
-    )
-    (line,) = [line for line in lines if line["manager"].endswith(name) and line["figure"] == "t_react_s"]
-    assert line["manager"] == line["system"] == f"'{name}"
-    assert (line["figure"], line["mean"]) == ("t_react_s", "-0.5")
-
-
 def test_a_name_of_any_length_is_shortened_at_once() -> None:
     # one step a character takes minutes here
     text = format_report(table(run("a" * 1_000_000 + "b", "paper", 1)))

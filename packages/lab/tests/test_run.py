@@ -19,7 +19,6 @@ from sunset_lab import (
     Schedule,
     TrainingConfig,
 )
-from sunset_lab.augment import class_weights
 
 pytestmark = pytest.mark.thorough
 
@@ -27,6 +26,7 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("onnx")
 
 from sunset_lab import run  # noqa: E402  needs torch
+from sunset_lab.augment import class_weights  # noqa: E402
 from sunset_lab.network import (  # noqa: E402
     build,
     forward,

@@ -108,7 +108,7 @@ def node_error(
     Code of an extension, a class or the effect of a fault, runs in a managed node.
     """
     cause = error.origin if isinstance(error, CallbackError) else error
-    if cause is not error and isinstance(cause, ExtensionError):  # a redeployed node could not be started
+    if isinstance(cause, ExtensionError):  # a node could not be started, perhaps in a redeploy
         return cause
     frames = traceback.extract_tb(cause.__traceback__)
     place = _foreign_place([(frame.filename, frame.lineno or 0, frame.name) for frame in frames])

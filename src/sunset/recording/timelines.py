@@ -172,10 +172,14 @@ def log_of(messages: Sequence[RecordedMessage]) -> tuple[LogLine, ...]:
     Raises:
         RecordError: the messages lack the start of the experiment.
     """
-    entries = _Topics(messages).of(ROSOUT, Log)
+    topics = _Topics(messages)
+    entries = [
+        (topics.seconds(recorded.time_ns), recorded.message) for recorded in topics.messages.get(ROSOUT, ())
+    ]
     return tuple(
         LogLine(time, _SEVERITIES.get(entry.level, str(entry.level)), entry.name, entry.msg)
         for time, entry in entries
+        if isinstance(entry, Log)  # a managing system may publish anything there
     )
 
 

@@ -16,6 +16,7 @@ import msgspec
 from sunset import __version__
 from sunset.classes import CLASSES, COLOURS
 from sunset.errors import OutputError, RecordError
+from sunset.files.inputs import check_regular
 from sunset.processes.workers import Progress
 from sunset.recording import IMAGES_FILE, RunRecord, StoredImage, StoredRun, read_images, read_messages
 from sunset.recording.reader import check_extensions
@@ -97,6 +98,7 @@ def check_page_file(file: Path) -> None:
         if not os.access(file.parent, os.W_OK):
             raise OutputError(f"The page {file} cannot be written: no permission; name another file.")
         if file.exists():
+            check_regular(file)
             with file.open("rb") as opened:
                 is_page = _MARK.encode() in opened.read(_HEAD)
             if not is_page:

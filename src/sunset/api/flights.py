@@ -94,7 +94,7 @@ def measure_flights(
 
     Args:
         model: its name or folder, or a model of `load_model`.
-        flights: as of `bench`.
+        flights: as in `bench`.
         jobs: worker processes; a process per core if None.
         device: where networks run: `cpu`, `cuda` or `auto`.
         progress: called with (stage, frames done, all frames).

@@ -73,7 +73,7 @@ def fault_picture(
         fault: its name.
         out: a .png, .pdf or .svg, which is replaced.
         frame: number of the flight's frame, from 0 on; the frame in its middle if None.
-        **options: as of `run`.
+        **options: as in `run`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -135,7 +135,7 @@ def fault_figure(
         out: a .png, .pdf or .svg.
         seed: of the runs.
         progress: called with (finished runs, all runs).
-        **options: as of `run`.
+        **options: as in `run`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

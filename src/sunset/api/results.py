@@ -155,16 +155,16 @@ def report(
     """Return the report of stored runs, as `sunset report` prints it.
 
     Args:
-        path: as of `load`.
+        path: as in `load`.
         form: `table`, `latex`, `csv`, `json` or `html`; of `runs`, `csv` or `json`. If it is None, the first of them,
             but the time line for the folder of a single run.
         every: whether a table or LaTeX has every figure, and not the first page only.
-        recompute: as of `load`; of a table.
+        recompute: as in `load`; of a table.
         paper: whether to return the paper's five figures by the published evaluation script instead, as `table`,
             `latex`, `html` or `json`.
         runs: whether to return a row for each run instead.
         progress: called with (runs that are read, all runs).
-        extensions: as of `load`.
+        extensions: as in `load`.
 
     Raises:
         RecordError: as `load`.
@@ -208,11 +208,11 @@ def write_figures(
     Each is written as PDF, SVG and PNG, and its data as CSV; `captions.txt` has their captions.
 
     Args:
-        path: as of `load`.
+        path: as in `load`.
         out: the new folder, which must not exist, or be empty.
         recompute: compute every number from the recorded messages instead of reading stored figures.
         progress: called with (runs that are read, all runs).
-        extensions: as of `load`.
+        extensions: as in `load`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

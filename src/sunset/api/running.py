@@ -91,7 +91,7 @@ def bench(
 
     Args:
         suite: a suite's name, or a folder of scenario files.
-        managers: managing systems, as of `run`: a list, or a dictionary of them by their labels in tables.
+        managers: managing systems, as in `run`: a list, or a dictionary of them by their labels in tables.
         out: the folder of the results.
         jobs: worker processes, which change no result; a process per core if None.
         shard: do a part of the campaign only, as `I/N`, the I-th of N.
@@ -129,12 +129,12 @@ def plan_bench(
     """Return the number of runs of a campaign, their duration and their power, as `sunset bench --plan` prints them.
 
     Args:
-        suite: as of `bench`, like `managers` and the options.
-        managers: as of `bench`.
+        suite: as in `bench`, like `managers` and the options.
+        managers: as in `bench`.
         like: the folder of an earlier campaign, from which time and variances are taken. Without it, two trial runs
             are done and timed.
         jobs: worker processes of the campaign; a process per core if None.
-        **options: as of `bench`.
+        **options: as in `bench`.
 
     Raises:
         InvalidInputError: an argument is not usable.
@@ -163,8 +163,8 @@ def check_manager(
     """Return whether a managing system runs, keeps the rules and is deterministic, as `sunset managers check` does.
 
     Args:
-        manager: as of `run`.
-        scenario: as of `run`.
+        manager: as in `run`.
+        scenario: as in `run`.
         seed: of both runs.
         progress: called with (finished runs, all runs).
         **options: as in `sunset.Options`.
@@ -190,13 +190,13 @@ def agree(
     """Run the same seeds in the simulation and live, and return how well they agree, as `sunset agree` does.
 
     Args:
-        suite: as of `bench`.
-        managers: as of `bench`; by name, since live they are processes of their own.
+        suite: as in `bench`.
+        managers: as in `bench`; by name, since live they are processes of their own.
         out: the folder of the results.
         jobs: worker processes of the simulation; a process per core if None. Live runs take turns.
         stored: whether to run nothing and compare the runs in the folder.
         progress: called with (finished runs, all runs), first for the simulation.
-        **options: as of `bench`; `rate` is for the live runs, and `repetitions` is 1 if left out.
+        **options: as in `bench`; `rate` is for the live runs, and `repetitions` is 1 if left out.
 
     Raises:
         SunsetError: as `bench`.

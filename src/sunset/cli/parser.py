@@ -108,7 +108,7 @@ class Parser(argparse.ArgumentParser):
 
     Args:
         add: adds the arguments.
-        options: as of `argparse.ArgumentParser`.
+        options: as in `argparse.ArgumentParser`.
     """
 
     def __init__(self, *, add: Callable[["Parser"], None] = lambda _: None, **options: Any) -> None:

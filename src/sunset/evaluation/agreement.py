@@ -42,7 +42,7 @@ _Key = tuple[str, str, str, int, str, str, Flight]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pair:
-    """An experiment, simulated and live, with figures from the recorded messages; `alike` as of `RunRow`."""
+    """An experiment, simulated and live, with figures from the recorded messages; `alike` as in `RunRow`."""
 
     scenario: str
     seed: int

@@ -151,7 +151,7 @@ def _difference(
 def power(spread: Spread, difference: float = DIFFERENCE) -> float:
     """Return the probability that the 95 % interval of a difference, which is truly above 0, excludes 0.
 
-    Source: as of `detectable`.
+    Source: as in `detectable`.
     """
     if not spread.error:
         return 1.0

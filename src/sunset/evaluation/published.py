@@ -92,7 +92,7 @@ class LogFigures(NamedTuple):
 def paper_report(path: Path, form: str = "table", *, progress: Progress | None = None) -> str:
     """Return the paper's five figures by the published script's rules, in one of `PAPER_FORMATS`.
 
-    Each managing system is a row, with its runs of the suite `paper`; arguments are as of `load_results`.
+    Each managing system is a row, with its runs of the suite `paper`; arguments are as in `load_results`.
 
     Raises:
         InvalidInputError: the format is unknown.

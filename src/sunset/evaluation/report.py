@@ -51,7 +51,7 @@ def format_report(
     *,
     every: bool = False,
 ) -> str:
-    """Return the report of rows and scores, as of `format_runs`; `figures` are HTML for a page."""
+    """Return the report of rows and scores, as in `format_runs`; `figures` are HTML for a page."""
     match form:
         case "json":
             content = {
@@ -130,7 +130,7 @@ def _cells(name: str, estimate: Estimate) -> dict[str, object]:
 
 
 def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: Progress | None = None) -> str:
-    """Return a row for each run below a folder, in one of `RUNS_FORMATS`; arguments as of `load_results`.
+    """Return a row for each run below a folder, in one of `RUNS_FORMATS`; arguments as in `load_results`.
 
     Figures that are not applicable are null, or empty cells.
 

@@ -81,7 +81,7 @@ def write_figures(
 ) -> WrittenFigures:
     """Write the figures of a report, each as PDF, SVG, PNG and its data as CSV, and their captions as text.
 
-    The folder `out` must not exist, or be empty; other arguments are as of `load_results`.
+    The folder `out` must not exist, or be empty; other arguments are as in `load_results`.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

@@ -19,7 +19,7 @@ from sunset.system import DURATION_S, REPAIR
 from sunset.texts.names import PLAN_FILE, RUN_FILE
 
 FIGURES: Final = RunMetrics.names()
-"""The names of a run's figures, as of `RunMetrics`."""
+"""The names of a run's figures, as in `RunMetrics`."""
 
 _CHECKSUM: Final = 8  # digits of a short checksum
 _SAME: Final = (

@@ -138,7 +138,7 @@ def _limits(name: str) -> tuple[float, float]:
 def named_groups(
     rows: Iterable[RunRow], *, by_flight: bool = True, name_suite: bool = True
 ) -> list[tuple[str, list[RunRow]]]:
-    """Return the names of rows, as of `summarise`, with their runs.
+    """Return the names of rows, as in `summarise`, with their runs.
 
     Unless it is `by_flight`, all flights of a duration are in a row, and names have no settings. Names have the suite
     if `name_suite`.

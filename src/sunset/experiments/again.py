@@ -101,8 +101,8 @@ def play_back(
     Args:
         folder: the record.
         into: the folder for a record with the images, which must not exist, or be empty.
-        model: as of `run_again`.
-        bag: as of `run_again`.
+        model: as in `run_again`.
+        bag: as in `run_again`.
         wanted: whether images of a topic are kept; None for all.
 
     Returns:
@@ -110,7 +110,7 @@ def play_back(
 
     Raises:
         RecordError: the run was live, or it failed.
-        SunsetError: as of `run`.
+        SunsetError: as in `run`.
     """
     stored = read_run(folder)
     spec, resources = _prepared(folder, stored, "none", model, bag, images=True)

@@ -46,7 +46,7 @@ class BagPlayer(Node):
 
     Args:
         reader: an open bag; None to open the bag that the parameter names.
-        options: as of `Node`.
+        options: as in `Node`.
     """
 
     _speed = 1.0

@@ -62,7 +62,7 @@ class ScenarioExecutor(Node):
 
     Args:
         scenario: the scenario; None to load the one that the parameter `scenario` names.
-        options: as of `Node`.
+        options: as in `Node`.
 
     Raises:
         ScenarioError: the scenario is not usable.

@@ -25,16 +25,16 @@ from sunset_ros.rmw.remote import Pipe, PipeError, RemoteProcess
 from sunset_ros.texts import shorten
 
 ENTRY: Final = f"{__name__}:run_manager"
-"""The function that the process calls, as of `ForkServer`."""
+"""The function that the process calls, as in `ForkServer`."""
 
 
 class ManagerSpec(msgspec.Struct, frozen=True, kw_only=True):
     """A managing system, and how it runs."""
 
     manager: str
-    """Its name, as of `load_manager`."""
+    """Its name, as in `load_manager`."""
     limit_s: float
-    """How long loading it, and each of its callbacks, may take, as of `Patience`."""
+    """How long loading it, and each of its callbacks, may take, as in `Patience`."""
     variables: tuple[str, ...] = ()
     """Names of the user's environment variables that it gets."""
     parameters: dict[str, Value] = {}

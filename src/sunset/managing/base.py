@@ -70,7 +70,7 @@ class ManagingSystem(Node):
             threshold.
         period: seconds between two calls of `adapt`; 0.2 in every experiment. Read once, at the start.
         task: `repair`; or `diagnose`, in which all adaptations are refused. Read once, at the start.
-        thinking: seconds that every decision to adapt takes, as of `think`. Read once, at the start.
+        thinking: seconds that every decision to adapt takes, as in `think`. Read once, at the start.
     """
 
     node_name: ClassVar[str] = MANAGING_SYSTEM

@@ -47,7 +47,7 @@ class KnownFault:
 
     Attributes:
         name: its name.
-        failure: as of `Fault`, like `kind` and `cures`.
+        failure: as in `Fault`, like `kind` and `cures`.
         value: its strength, as its parameter has it.
         at: when it comes; 0 if it follows another fault.
         follows: whether it follows another fault.
@@ -128,7 +128,7 @@ class Oracle(ManagingSystem):
 
     Args:
         scenario: the scenario of the run, which the harness gives to this class only.
-        options: as of `ManagingSystem`.
+        options: as in `ManagingSystem`.
 
     Raises:
         ManagerError: there is no scenario.

@@ -34,7 +34,7 @@ def sources_digest(texts: Iterable[bytes]) -> str:
 
 
 def source_files(spec: str) -> tuple[Path, ...]:
-    """Return the files of a managing system, given by its name as of `load_manager`.
+    """Return the files of a managing system, given by its name as in `load_manager`.
 
     - `FILE.py:Class`: the file, the modules beside it that import statements reach, and the data that it declares;
     - `module:Class`: all files of the package, and the data;

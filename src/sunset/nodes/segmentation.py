@@ -32,7 +32,7 @@ class SegmentationNode(AdaptiveNode):
 
     Args:
         segmenter: the segmenter, which is not warmed up; None for the segmenter that the parameters describe.
-        options: as of `AdaptiveNode`.
+        options: as in `AdaptiveNode`.
     """
 
     node_name = "segmentation"

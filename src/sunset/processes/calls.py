@@ -126,7 +126,7 @@ def call_isolated(function: Callable[[Watch], T], *, limit_s: float, kept: Colle
 
     Args:
         function: returns what JSON can hold. Interrupts are ignored there, and its output goes to stderr.
-        limit_s: seconds of processor time that it may take without a sign of life, as of `Patience`.
+        limit_s: seconds of processor time that it may take without a sign of life, as in `Patience`.
         kept: the pipes and sockets of this process that it keeps open.
 
     Raises:

@@ -70,7 +70,7 @@ class Process:
     Attributes:
         socket: a connected stream, whose other end the process has.
         folder: the only folder that a confined process can write to, its working directory; else None.
-        returncode: the exit code, as of `subprocess.Popen`; None while the process runs, or if its keeper was killed.
+        returncode: the exit code, as in `subprocess.Popen`; None while the process runs, or if its keeper was killed.
         keeper_pid: the keeper, if it is a child of this process; else 0.
     """
 
@@ -332,7 +332,7 @@ def copy_process(
     Args:
         function: any function.
         task: any object.
-        on_text: as of `open_process`.
+        on_text: as in `open_process`.
         kept: the pipes and sockets of this process that the copy keeps open.
 
     Raises:

@@ -81,7 +81,7 @@ class ForkServer:
         Args:
             task: of the process, as JSON can hold it.
             view: the paths that a confined process sees; None for a process without walls.
-            on_text: as of `open_process`.
+            on_text: as in `open_process`.
 
         Raises:
             SunsetError: the server has ended.
@@ -128,7 +128,7 @@ _shared: dict[tuple[int, str], ForkServer] = {}
 
 
 def shared_server(entry: str, prepare: str, *, clean: bool = True) -> ForkServer:
-    """Return this process's server of an entry, as of `ForkServer`, and start it unless it runs.
+    """Return this process's server of an entry, as in `ForkServer`, and start it unless it runs.
 
     A server that is started ahead imports modules meanwhile. It ends with this process at the latest.
     """

@@ -60,7 +60,7 @@ class StoredImage:
         topic: the full name of the topic; the sensor fusion's images are on `rgb` and `depth` below its topic.
         time_ns: when the image left its publisher, in nanoseconds on the experiment's clock.
         stamp_ns: the stamp of its header.
-        encoding: as of `sensor_msgs/msg/Image`.
+        encoding: as in `sensor_msgs/msg/Image`.
         png: the image as a PNG file.
     """
 

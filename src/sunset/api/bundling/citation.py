@@ -39,7 +39,7 @@ def citation_text(title: str, authors: Sequence[str], licence: str, day: str) ->
 
     Args:
         title: of the bundle.
-        authors: as of `parse_author`; anonymous if empty.
+        authors: as in `parse_author`; anonymous if empty.
         licence: its name in SPDX or its address; may be empty.
         day: the day of publication, such as 2026-03-14.
 

@@ -166,7 +166,7 @@ class _News(Graph):
 class CycloneTap(LiveObserver):
     """Passes the events of a live network to a tap; it has no node, and sends no samples.
 
-    Its domain and environment are as of `CycloneDDS`. The tap's methods are called on a separate thread, in the order
+    Its domain and environment are as in `CycloneDDS`. The tap's methods are called on a separate thread, in the order
     of sending, about 0.1 s later, with times of sending by the system clock; a sender's time counts within the second
     before the sample came. A response waits up to 3 s for its request, which may have to be sent again, and a sample
     for the announcement of its node, whose name is empty without it. Connecting takes some hundredths of a second

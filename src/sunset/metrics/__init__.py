@@ -15,10 +15,10 @@ from sunset.metrics.episodes import excesses as excesses
 from sunset.metrics.episodes import failure_episodes as failure_episodes
 from sunset.metrics.episodes import silences as silences
 from sunset.metrics.episodes import spells_of as spells_of
-from sunset.metrics.score import RunMetrics as RunMetrics
-from sunset.metrics.score import downtime as downtime
-from sunset.metrics.score import score as score
-from sunset.metrics.score import utility_of as utility_of
+from sunset.metrics.run_metrics import RunMetrics as RunMetrics
+from sunset.metrics.run_metrics import downtime as downtime
+from sunset.metrics.run_metrics import score as score
+from sunset.metrics.run_metrics import utility_of as utility_of
 from sunset.metrics.timeline import NUMBER_OF_CLASSES as NUMBER_OF_CLASSES
 from sunset.metrics.timeline import Command as Command
 from sunset.metrics.timeline import Diagnosis as Diagnosis

@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING, Final
 from sunset.errors import RecordError
 from sunset.files.dataframes import data_frame
 from sunset.metrics import Episode, ExecutedAdaptation, RunMetrics, Samples, Timeline
-from sunset.metrics.score import score
+from sunset.metrics.run_metrics import score
 from sunset.recording._bag import RecordedMessage, digest_of, read_bag
 from sunset.recording.schema import RunRecord, differences, read_run
 from sunset.recording.story import Cause, Event, causes_of, events_of, print_story

@@ -65,7 +65,7 @@ def number_of(value: Any) -> Any:
 
 
 def count_of(number: int | None, name: str) -> int | None:
-    """Return a number of things, such as in `jobs`, as Python's own; or None.
+    """Return a count, such as `jobs`, as Python's own number; or None.
 
     Raises:
         InvalidInputError: it is not a whole number from 1 on.

@@ -27,7 +27,7 @@ from sunset_ros.texts import printable
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Run every scenario of a suite with every managing system, several times, the two reference rows "
-        "of the paper, and the managing systems that scores are measured between. Finished runs are kept: the same "
+        "of the paper, and none and oracle for the scores. Finished runs are kept: the same "
         "command continues an interrupted campaign."
     )
     more = "; live, also external: one that you start yourself"
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-references",
         action="store_false",
         dest="references",
-        help="leave out the paper's two reference rows, which --scenarios does not make smaller",
+        help="leave out the paper's two reference rows, which ignore --scenarios",
     )
     parser.add_argument(
         "--no-score",

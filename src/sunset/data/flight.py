@@ -141,7 +141,7 @@ def flight_bag(plan: FlightPlan, *, progress: Progress | None = None, jobs: int 
 def flight_bags(
     plans: Sequence[FlightPlan], *, progress: Progress | None = None, jobs: int | None = None
 ) -> list[Path]:
-    """Return the bags of flights, rendered on first use by several processes, and kept as by `kept_bag`.
+    """Return the bags of flights, rendered on first use by several processes, and kept by `kept_bag`.
 
     It waits for other processes of this computer that render into the same cache folder.
 

@@ -5,7 +5,7 @@ square of the rest.
 
 Sources: Searle, Casella and McCulloch, Variance Components (1992), for crossed random effects without interactions;
 Satterthwaite, An approximate distribution of estimates of variance components, Biometrics Bulletin 2 (1946), for the
-degrees of freedom, as of min F': Clark, The language-as-fixed-effect fallacy, Journal of Verbal Learning
+degrees of freedom, as in min F': Clark, The language-as-fixed-effect fallacy, Journal of Verbal Learning
 and Verbal Behavior 12 (1973); Cameron, Gelbach and Miller, Robust inference with multiway clustering, Journal of
 Business and Economic Statistics 29 (2011), for the clusters' sums, which serve ratios and unequal numbers of runs, too.
 """

@@ -149,8 +149,8 @@ class Settings:
     ] = _option(
         30.0,
         "manager_limit",
-        "processor time that a managing system may take to load, and for each of its callbacks, and a tenth of "
-        "the wall time; live, it is all the wall time",
+        "processor time for loading the managing system and for each callback, or ten times as much wall time; "
+        "live, it is wall time",
         metavar="S",
     )
     manager_env: tuple[str, ...] = _option(

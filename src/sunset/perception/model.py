@@ -117,8 +117,8 @@ def find_device(wanted: str) -> str:
     offered = _CUDA in onnxruntime.get_available_providers()
     if wanted == "cuda" and not offered:
         raise MissingExtraError(
-            "Inference on CUDA needs the package onnxruntime-gpu in the place of onnxruntime: the one that is "
-            "installed does not offer it; or choose the device cpu."
+            "Inference on CUDA needs the package onnxruntime-gpu instead of the "
+            "installed onnxruntime; or choose the device cpu."
         )
     return "cuda" if wanted != "cpu" and offered else "cpu"
 

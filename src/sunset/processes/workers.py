@@ -95,8 +95,8 @@ def worker_pool(jobs: int, *, forked: bool = False) -> Iterator[ProcessPoolExecu
         if not isinstance(error, BrokenProcessPool):
             raise
         raise SunsetError(
-            "A worker process ended in the middle of its work: it was killed, for instance for want of memory; what "
-            "was finished is kept: run the same command again, with fewer --jobs "
+            "A worker process ended early: it was killed, perhaps for lack of memory. Finished work is kept: "
+            "run the same command again, with fewer --jobs "
             "if memory was short."
         ) from error
     finally:

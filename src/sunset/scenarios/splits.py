@@ -239,7 +239,7 @@ class SplitDescription(msgspec.Struct, frozen=True, kw_only=True):
         salt_sha256: the salt's hash, in hexadecimal; None without a salt.
         rule: the rule of drawing.
         extensions: of the managed system: name → checksum.
-        sha256: over the scenario files, as of the lines that `sha256sum *.yaml` prints.
+        sha256: of the lines that `sha256sum *.yaml` prints for the scenario files.
     """
 
     split: str

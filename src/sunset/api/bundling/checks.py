@@ -164,4 +164,4 @@ def _unchecked(findings: Findings, plan: CampaignPlan) -> Iterator[str]:
         yield f"{counted(failed, 'run')} failed, and left no messages to compute figures from."
     invalid = sum(not run.valid for run in runs) - failed
     if invalid:
-        yield f"Why {counted(invalid, 'run')} should not count: the observer saw it, and the messages do not show it."
+        yield f"The reason why {counted(invalid, 'run')} should not count, which the messages do not show."

@@ -144,7 +144,7 @@ def _read(folder: Path) -> CampaignPlan:
     if done < planned:
         raise RecordError(
             f"The campaign in {folder} is not finished: {done} of {planned} runs are there; the command that began it "
-            "continues it. Of one in parts, copy the folder runs of each into the same folder."
+            "continues it. If it is in shards, copy the folder runs of each into one of them."
         )
     for file in sorted(folder.glob(f"runs/*/*/*/*/{RUN_FILE}"))[:1]:
         check_extensions(read_run(file.parent), file.parent)
@@ -199,9 +199,8 @@ def _left_out(plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> list[str]:
     kept = sum((place / IMAGES_FILE).exists() for place in runs)
     parts = {
         f"The images of {counted(kept, 'run')} are left out: they can be made again.": kept > 0,
-        f"The flight {plan.bag} is left out: who runs something again needs it (SHA-256 over its files: "
+        f"The flight {plan.bag} is left out, but second runs need it (SHA-256 over its files: "
         f"{plan.bag_checksum}).": plan.bag is not None,
-        f"The model {plan.model} is left out: who runs something again needs it.": plan.model
-        not in list_models(),
+        f"The model {plan.model} is left out, but second runs need it.": plan.model not in list_models(),
     }
     return [text for text, is_missing in parts.items() if is_missing]

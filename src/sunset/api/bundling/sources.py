@@ -144,7 +144,7 @@ def _paths(name: str, manager: str, known: str) -> Sequence[Path]:
     except (ManagerError, OSError) as error:
         raise ManagerError(
             f"The source of the managing system {name} is needed: {str(error).rstrip('.')}. Call it in the folder "
-            "from which the campaign was run; of a class that was passed, call sunset.bundle where it was."
+            "from which the campaign was run; for a class, call sunset.bundle in the program that has it."
         ) from error
     if paths is None:
         shipped = "bundle the campaign with the version of SUNSET that ran it"

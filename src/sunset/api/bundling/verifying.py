@@ -178,7 +178,7 @@ def _verify(
     if findings.of_another_version:
         findings.unchecked.append(
             f"SUNSET {plan.versions.get('sunset')} made the bundle, and this is {package_version()}: its code differs, "
-            "and so may results. Use that version to tell."
+            "results may, too. Verify with that version."
         )
     findings.results.extend(_differing_table(opened, findings))
     chosen = _choose_runs(opened, findings, rerun)

@@ -16,7 +16,7 @@ from sunset_lab import CONFIGS, MODALITIES
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Complete the verb's parser."""
     parser.description = (
-        "Render frames of towns that the flight is not over, train the networks, calibrate "
+        "Render frames of towns other than the flight's, train the networks, calibrate "
         "their thresholds, and write a model folder with its card. Needs the extra 'train'."
     )
     _add_networks(parser)

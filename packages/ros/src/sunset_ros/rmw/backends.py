@@ -17,7 +17,7 @@ LIVE: Final = "cyclonedds"
 
 BACKENDS: Final[Mapping[str, str]] = MappingProxyType(
     {
-        SIMULATED: "in this process, virtual time",
+        SIMULATED: "simulated, in virtual time",
         LIVE: "a process each, on ROS 2's network, in real time",
     }
 )

@@ -11,6 +11,7 @@ from sunset.experiments.campaign import (
     run_folder,
 )
 from sunset.experiments.checking import ManagerCheck, check_manager
+from sunset.experiments.cluster import connected_scheduler
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import (
     inference_file,
@@ -41,6 +42,7 @@ __all__ = [
     "bench",
     "campaign_managers",
     "check_manager",
+    "connected_scheduler",
     "count_runs",
     "in_turn",
     "inference_file",

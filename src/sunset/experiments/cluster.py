@@ -189,17 +189,14 @@ def serve() -> None:
         while True:
             order = pickle.load(sys.stdin.buffer)  # noqa: S301  the sender may run anything here
             with tempfile.TemporaryDirectory(dir=folder) as place:
-                pickle.dump(_answer(order, Path(place, "record")), answers)
+                try:
+                    answer: dict[str, bytes] | Exception = _do(order, Path(place, "record"))
+                except SunsetError as error:
+                    answer = error
+                except Exception:  # noqa: BLE001  the sender raises it
+                    answer = UnexpectedError(traceback.format_exc())
+            pickle.dump(answer, answers)
             answers.flush()
-
-
-def _answer(order: _Order, folder: Path) -> dict[str, bytes] | Exception:
-    try:
-        return _do(order, folder)
-    except SunsetError as error:
-        return error
-    except Exception:  # noqa: BLE001  the sender raises it
-        return UnexpectedError(traceback.format_exc())
 
 
 def _do(order: _Order, folder: Path) -> dict[str, bytes]:

@@ -1,6 +1,7 @@
-"""The script beside the page on several computers."""
+"""The page on several computers, and the script beside it."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,16 @@ from sunset.experiments import count_runs
 
 DOCS = Path(__file__).parents[2] / "docs"
 OPTIONS = ("--suite", "nofault", "--managers", "none", "--duration", "1", "--no-references", "--no-score")
+
+
+@pytest.mark.thorough
+def test_the_example_runs(tmp_path: Path) -> None:
+    (example,) = re.findall(
+        r"^```python\n(.*?)^```$", (DOCS / "clusters.md").read_text("utf-8"), re.MULTILINE | re.DOTALL
+    )
+    (tmp_path / "example.py").write_text(example, encoding="utf-8")
+    subprocess.run([sys.executable, "example.py"], cwd=tmp_path, check=True, capture_output=True)
+    assert count_runs(tmp_path / "calm") == (4, 4)  # those of the oracle, too
 
 
 @pytest.mark.thorough

@@ -67,6 +67,33 @@ def test_the_clock_may_have_begun_before(world: "World", bag: str) -> None:
     np.testing.assert_allclose(np.array(clock_ns(world)) / 1e9 + 1.0, world.times["/clock"], atol=0.002)
 
 
+def test_the_camera_is_described_beside_its_images(world: "World", bag: str) -> None:
+    world.start(LiveBagPlayer, parameters={"bag": bag, "field_of_view": 90.0})
+    world.run(0.1)
+    start(world)
+    world.run(0.3)
+    images, infos = world.messages["/rgb_raw"], world.messages["/camera_info"]
+    assert [info.header for info in infos] == [image.header for image in images]
+    assert infos == world.messages["/managed_subsystem/camera_info"]
+    info = infos[0]
+    assert (info.height, info.width, info.header.frame_id) == (6, 8, "camera_optical_frame")
+    corner = np.array([-0.5, -0.5, 1.0])  # of the first pixel, whose ray goes 45 degrees to the left
+    np.testing.assert_allclose(np.linalg.solve(info.k.reshape(3, 3), corner), [-1.0, -0.75, 1.0])
+    np.testing.assert_allclose(info.p.reshape(3, 4)[:, :3], info.k.reshape(3, 3))
+
+
+def test_the_images_frame_is_in_the_tree_of_transforms(world: "World", bag: str) -> None:
+    world.start(LiveBagPlayer, parameters={"bag": bag})
+    world.run(0.1)
+    ((transform,),) = (message.transforms for message in world.messages["/tf_static"])
+    assert (transform.header.frame_id, transform.child_frame_id) == ("camera_link", "camera_optical_frame")
+    rotation = transform.transform.rotation
+    x, y, z, w = rotation.x, rotation.y, rotation.z, rotation.w
+    forward = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]  # of the image's z axis
+    right = [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)]
+    np.testing.assert_allclose([forward, right], [[1, 0, 0], [0, -1, 0]])
+
+
 def test_frames_are_stamped_with_the_time_at_which_they_are_played(world: "World", bag: str) -> None:
     world.start(LiveBagPlayer, parameters={"bag": bag, "origin_ns": 1, "speed": 2.0})
     start(world)

@@ -135,6 +135,7 @@ NODES: dict[str, dict[str, Known]] = {
         "width": SIZE,
         "height": SIZE,
         "speed": Known(DOUBLE, limits=(0.01, 100.0), read_only=True),
+        "field_of_view": Known(DOUBLE, limits=(1.0, 179.0), read_only=True),
         "origin_ns": Known(INTEGER, read_only=True),
     },
     "/monitor": SIM_TIME,

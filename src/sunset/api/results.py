@@ -155,7 +155,7 @@ def report(
     """Return the report of stored runs, as `sunset report` prints it.
 
     Args:
-        path: as in `load`.
+        path: as in `load`; with `paper`, also a log of the published exemplar, or a folder of logs.
         form: `table`, `latex`, `csv`, `json` or `html`; of `runs`, `csv` or `json`. If it is None, the first of them,
             but the time line for the folder of a single run.
         every: whether a table or LaTeX has every figure, and not the first page only.

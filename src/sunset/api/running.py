@@ -1,6 +1,7 @@
 """Runs and campaigns: executed, planned, checked and compared."""
 
 import tempfile
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 from typing import Unpack
@@ -21,6 +22,7 @@ from sunset.experiments import (
     ManagerCheck,
     Options,
     Shard,
+    connected_scheduler,
     keep_last_run,
     last_run,
 )
@@ -36,6 +38,7 @@ __all__ = [
     "agree",
     "bench",
     "check_manager",
+    "connected_scheduler",
     "keep_last_run",
     "last_run",
     "plan_bench",
@@ -83,6 +86,7 @@ def bench(
     *,
     out: str | Path,
     jobs: int | None = None,
+    executor: Executor | None = None,
     shard: str | None = None,
     progress: Progress | None = None,
     **options: Unpack[CampaignOptions],
@@ -94,15 +98,16 @@ def bench(
         managers: managing systems, as in `run`: a list, or a dictionary of them by their labels in tables.
         out: the folder of the results.
         jobs: worker processes, which change no result; a process per core if None.
+        executor: any executor of `concurrent.futures`, which does the runs in place of worker processes.
         shard: do a part of the campaign only, as `I/N`, the I-th of N.
         progress: called with (finished runs, all runs).
         **options: as in `sunset.CampaignOptions` and `sunset.Options`.
 
     Raises:
-        InvalidInputError: an argument is not usable, or `out` holds another campaign.
+        InvalidInputError: an argument is not usable, `out` holds another campaign, or a worker lacks a resource.
         ManagerError: a managing system cannot be loaded.
-        SunsetError: `out` cannot be written, another process runs its campaign, or a worker was killed; finished runs
-            are kept.
+        SunsetError: `out` cannot be written, another process runs its campaign, a worker was killed, or the executor
+            has failed; finished runs are kept.
     """
     with extended(options.get("extensions", ())):
         spec = campaign_of(suite, managers, options)
@@ -111,6 +116,7 @@ def bench(
             spec,
             folder,
             jobs=whole_of(jobs),
+            executor=executor,
             shard=None if shard is None else Shard.parse(shard),
             progress=progress,
             preparing=options.get("preparing"),

@@ -4,10 +4,11 @@ import argparse
 import json
 import shlex
 import sys
+from contextlib import nullcontext
 
 import sunset
 from sunset.api.results import FORMATS
-from sunset.api.running import added_runs
+from sunset.api.running import added_runs, connected_scheduler
 from sunset.cli.options import (
     add_campaign_options,
     add_count_option,
@@ -62,6 +63,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_work(parser: argparse.ArgumentParser) -> None:
     add_count_option(parser, "--jobs", "worker processes (default: one a core; live: 1)")
     parser.add_argument(
+        "--scheduler",
+        metavar="tcp://HOST:PORT",
+        help="let the workers of a dask scheduler do the runs, on any computers (extra cluster)",
+    )
+    parser.add_argument(
         "--shard",
         metavar="I/N",
         help="do the I-th of N parts of the campaign only, as a job of an array does",
@@ -78,8 +84,9 @@ def execute(arguments: argparse.Namespace) -> int:
         raise InvalidInputError("The results need a folder: name one with --out DIR.")
     added = call(added_runs, arguments)
     title = f"Running the campaign with {', and '.join(added)}" if added else "Running the campaign"
-    with run_progress(title) as (preparing, counter):
-        results = call(sunset.bench, arguments, progress=counter, preparing=preparing)
+    workers = connected_scheduler(arguments.scheduler) if arguments.scheduler else nullcontext()
+    with workers as executor, run_progress(title) as (preparing, counter):
+        results = call(sunset.bench, arguments, executor=executor, progress=counter, preparing=preparing)
     part = f" Part {' of '.join(arguments.shard.split('/'))} is done." if arguments.shard else ""
     print(f"{counter}{part}", file=sys.stderr)
     print_table(arguments.out, results.table(arguments.format), arguments.format)

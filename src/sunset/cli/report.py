@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         "path",
         "PATH",
-        "what 'sunset bench --out' or 'run --out' wrote",
+        "what 'sunset bench --out' or 'run --out' wrote; with --paper, also published logs",
     )
     add_format_options(
         parser, FORMATS, "how the table is printed (default: table; of one run, its time line)", default=None
@@ -28,7 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_flag(
         parser,
         "--paper",
-        "print the paper's five figures by the published evaluation script, with the published ones",
+        "print the paper's five figures by the published evaluation script, with the published ones; PATH may be "
+        "a log of the published exemplar, or a folder of logs",
     )
     add_flag(
         parser,

@@ -12,6 +12,7 @@ from sunset.experiments.campaign import plan as plan
 from sunset.experiments.campaign import run_folder as run_folder
 from sunset.experiments.checking import ManagerCheck as ManagerCheck
 from sunset.experiments.checking import check_manager as check_manager
+from sunset.experiments.cluster import connected_scheduler as connected_scheduler
 from sunset.experiments.manager import manager_checksum as manager_checksum
 from sunset.experiments.resources import inference_file as inference_file
 from sunset.experiments.resources import missing_networks as missing_networks

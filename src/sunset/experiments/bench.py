@@ -1,10 +1,10 @@
-"""Campaigns: run by processes, whole or in shards; resumable."""
+"""Campaigns: run by processes or an executor, whole or in shards; resumable."""
 
 import logging
 import re
 import shutil
 from collections.abc import Iterator, Sequence
-from concurrent.futures import as_completed
+from concurrent.futures import Executor, as_completed
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +24,7 @@ from sunset.experiments.campaign import (
     plan,
     run_folder,
 )
+from sunset.experiments.cluster import run_on_workers
 from sunset.experiments.resources import prepare_runs, warn_of_walls
 from sunset.experiments.run import run_of_campaign
 from sunset.experiments.spec import RunSpec
@@ -88,6 +89,7 @@ def bench(
     out: Path,
     *,
     jobs: int | None = None,
+    executor: Executor | None = None,
     shard: Shard | None = None,
     progress: Progress | None = None,
     preparing: Stages | None = None,
@@ -100,11 +102,14 @@ def bench(
         spec: the campaign.
         out: the folder of results; it is made if there is none, and must belong to the same campaign.
         jobs: number of worker processes, which changes no result; if None a process per core, or one for live runs.
+        executor: does the runs in place of worker processes; it is not shut down.
         shard: the part of the campaign that is run; all if None.
         progress: called with (finished runs, all runs), first with the runs that `out` held already.
         preparing: called with (stage, frames done, all frames) while flights are rendered and measured.
     """
     check_jobs(jobs)
+    if executor is not None:
+        _check_executor(executor, spec, jobs)
     runs = plan(spec)
     wanted = in_turn(runs) if shard is None else shard.of(in_turn(runs))
     of_flights = flights_of(runs)
@@ -118,7 +123,11 @@ def bench(
         orders = [(run, run_folder(out, run), known(run.manager_name)) for run in wanted]
         todo = [order for order in orders if not _is_done(order[1])]
         done = len(wanted) - len(todo)
-        for count in _run_all(todo, min(jobs or (1 if spec.settings.live else processors()), len(todo))):
+        if executor is None:
+            counts = _run_all(todo, min(jobs or (1 if spec.settings.live else processors()), len(todo)))
+        else:
+            counts = run_on_workers(executor, todo, prepared)
+        for count in counts:
             if progress is not None:
                 progress(done + count, len(wanted))
     return len(todo)
@@ -165,6 +174,25 @@ def _is_done(folder: Path) -> bool:
         shutil.rmtree(folder)
         return False
     return True
+
+
+def _check_executor(executor: object, spec: BenchSpec, jobs: int | None) -> None:
+    """Check that an executor can do the runs of a campaign."""
+    if not isinstance(executor, Executor):
+        hint = ": it gives one by get_executor()" if hasattr(executor, "get_executor") else ""
+        raise InvalidInputError(
+            f"The executor must be a concurrent.futures.Executor, got {shown(executor)}{hint}."
+        )
+    if jobs is not None or spec.settings.live:
+        raise InvalidInputError(
+            "An executor has workers of its own, and does no live runs: leave out the jobs, or the executor."
+        )
+    for name, manager in campaign_managers(spec).items():
+        if is_registered(manager):
+            raise InvalidInputError(
+                f"An executor's workers do not have the managing system {name}, which was passed as a class or "
+                "function: name it FILE.py:Class or module:Class."
+            )
 
 
 def _run_all(todo: Sequence[_Order], jobs: int) -> Iterator[int]:

@@ -163,9 +163,13 @@ def record_failure(
 
 
 def run_of_campaign(spec: RunSpec, folder: Path, known: str | None) -> None:
-    """Do a run; if its managing system, or a node of an extension, fails, write a record of the failure."""
+    """Load the extensions and prepare the resources of a run, and do it as `record_run`."""
     spec.load_extensions()
-    resources = prepare(spec)
+    record_run(spec, prepare(spec), folder, known)
+
+
+def record_run(spec: RunSpec, resources: Resources, folder: Path, known: str | None) -> None:
+    """Do a run; if its managing system, or a node of an extension, fails, write a record of the failure."""
     try:
         run_prepared(spec, resources, folder, known=known)
     except (ManagerError, MiddlewareError, ExtensionError) as error:

@@ -1,22 +1,26 @@
-"""The bag player, which publishes the recorded flight; live, it also gives the time."""
+"""The bag player, which publishes the recorded flight; live, it also gives the time and describes the camera."""
 
 import sys
 from collections.abc import Callable
+from math import radians, tan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Unpack
 
 from sunset.errors import ParameterError
 from sunset.nodes.images import image_of_bgr, image_of_depth, image_of_labels
-from sunset.system import BAG_PLAYER, CLOCK_TOPIC, SENSOR_TOPICS, TRUTH_TOPIC
+from sunset.system import BAG_PLAYER, CLOCK_TOPIC, NAMESPACE, SENSOR_TOPICS, TRUTH_TOPIC
 from sunset_ros.clock import Clock
 from sunset_ros.interfaces.builtin_interfaces.msg import Time
+from sunset_ros.interfaces.geometry_msgs.msg import Quaternion, Transform, TransformStamped
 from sunset_ros.interfaces.rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sunset_ros.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
-from sunset_ros.interfaces.sensor_msgs.msg import Image
+from sunset_ros.interfaces.sensor_msgs.msg import CameraInfo, Image
 from sunset_ros.interfaces.stamps import NS_PER_S, stamp_of
 from sunset_ros.interfaces.std_msgs.msg import Header
 from sunset_ros.interfaces.std_srvs.srv import Trigger
+from sunset_ros.interfaces.tf2_msgs.msg import TFMessage
 from sunset_ros.node import Node, NodeOptions
+from sunset_ros.qos import DurabilityPolicy, QoSProfile
 from sunset_ros.time import ClockType
 
 if TYPE_CHECKING:
@@ -24,8 +28,10 @@ if TYPE_CHECKING:
     from sunset_ros.timer import Timer
 
 
-_FRAME_ID: Final = "camera"
-"""The frame of all images."""
+_INFO_TOPICS: Final = ("/camera_info", f"{NAMESPACE}/camera_info")
+"""Viewers expect them beside the topics of the images."""
+_OPTICAL: Final = Quaternion(x=-0.5, y=0.5, z=-0.5, w=0.5)
+"""From axes that point forward, left and up to those of an image: right, down and forward (REP 103)."""
 _TICK_S: Final = 0.01
 """Time between two messages on `/clock` of a live system, as they show it."""
 
@@ -49,6 +55,7 @@ class BagPlayer(Node):
         options: as in `Node`.
     """
 
+    _frame_id = "camera"
     _speed = 1.0
 
     def __init__(self, *, reader: "BagReader | None" = None, **options: Unpack[NodeOptions]) -> None:
@@ -145,11 +152,15 @@ class BagPlayer(Node):
             return
         frame = self._bag.frame(self._next % len(self._bag))
         stamp = self._stamp()
-        header = Header(stamp=stamp, frame_id=_FRAME_ID)
+        header = Header(stamp=stamp, frame_id=self._frame_id)
         self._truth.publish(image_of_labels(header, frame.labels))
         self._rgb.publish(image_of_bgr(header, frame.rgb))
         self._depth.publish(image_of_depth(header, frame.depth))
+        self._describe(header)
         self._next += 1
+
+    def _describe(self, header: Header) -> None:
+        """Publish the other messages of a frame."""
 
     def _stamp(self) -> Time:
         """Publish the time of the next frame on `/clock`, and return it."""
@@ -165,11 +176,17 @@ class BagPlayer(Node):
 class LiveBagPlayer(BagPlayer):
     """Publishes `/clock` a hundred times a second from its start on, and stamps frames with that time.
 
+    With each frame it publishes a `sensor_msgs/msg/CameraInfo` beside the images, and once, on `/tf_static`, the
+    transform from the camera's frame to the images' frame.
+
     Parameters besides `BagPlayer`'s, whose times are of `/clock`:
         width, height: the size of the frames; 0 for the bag's.
         speed: seconds of `/clock` in a second.
         origin_ns: the system's time, nanoseconds since 1970, at which `/clock` is 0; 0 for the player's start.
+        field_of_view: the camera's horizontal angle of view in degrees.
     """
+
+    _frame_id = "camera_optical_frame"
 
     def __init__(self, **options: Unpack[NodeOptions]) -> None:
         super().__init__(**options)
@@ -180,6 +197,14 @@ class LiveBagPlayer(BagPlayer):
         self._offset_ns = began_ns - (self._value("origin_ns") or began_ns) - self._steady.now_ns()
         # not by /clock, which this node publishes: it would never begin
         self.create_timer(_TICK_S / self._speed, self._tick, clock=self._steady)
+        self._infos = [self.create_publisher(CameraInfo, topic, 10) for topic in _INFO_TOPICS]
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._transforms = self.create_publisher(TFMessage, "/tf_static", latched)
+        header = Header(stamp=self._stamp(), frame_id="camera_link")
+        optical = TransformStamped(
+            header=header, child_frame_id=self._frame_id, transform=Transform(rotation=_OPTICAL)
+        )
+        self._transforms.publish(TFMessage(transforms=[optical]))
 
     def _declare_parameters(self) -> None:
         super()._declare_parameters()
@@ -187,6 +212,9 @@ class LiveBagPlayer(BagPlayer):
         self._declare("height", 0, "height of the frames in pixels; 0 for the bag's", whole=2**14)
         self._declare("speed", 1.0, "seconds of /clock in a second", least=0.01, most=100.0)
         self._declare("origin_ns", 0, "system time at which /clock is 0; 0 for the start of this node")
+        self._declare(
+            "field_of_view", 90.0, "camera's horizontal angle of view in degrees", least=1.0, most=179.0
+        )
 
     def _size(self) -> tuple[int, int] | None:
         size = (self._value("height"), self._value("width"))
@@ -198,3 +226,20 @@ class LiveBagPlayer(BagPlayer):
 
     def _tick(self) -> None:
         self._time.publish(ClockMessage(clock=self._stamp()))
+
+    def _describe(self, header: Header) -> None:
+        height, width = self._bag.size
+        focal = width / 2 / tan(radians(self._value("field_of_view")) / 2)
+        x, y = (width - 1) / 2, (height - 1) / 2  # the centre of the first pixel is 0
+        info = CameraInfo(
+            header=header,
+            height=height,
+            width=width,
+            distortion_model="plumb_bob",
+            d=[0.0] * 5,
+            k=[focal, 0, x, 0, focal, y, 0, 0, 1],
+            r=[1, 0, 0, 0, 1, 0, 0, 0, 1],
+            p=[focal, 0, x, 0, 0, focal, y, 0, 0, 0, 1, 0],
+        )
+        for publisher in self._infos:
+            publisher.publish(info)

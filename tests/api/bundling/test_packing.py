@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import pytest
 import yaml
@@ -19,6 +20,7 @@ from sunset.api.bundling import bundle, verify
 from sunset.api.bundling.citation import parse_author, references
 from sunset.cli import main
 from sunset.errors import SunsetError
+from sunset.files.sources import package_version
 
 pytestmark = pytest.mark.xdist_group("bundling")
 
@@ -37,13 +39,35 @@ def test_the_same_campaign_and_date_give_the_same_bytes(results: Path, packed: P
     assert str(again).startswith(f"{again.path}: 4 runs, 0.")
 
 
-def test_who_made_it_stands_in_the_citation(results: Path, tmp_path: Path) -> None:
+def test_the_metadata_describe_every_file(packed: Path) -> None:
+    with zipfile.ZipFile(packed) as archive:
+        sizes = {info.filename: str(info.file_size) for info in archive.infolist()}
+        crate = json.loads(archive.read("ro-crate-metadata.json"))
+    graph = {entity["@id"]: entity for entity in crate["@graph"]}
+    files = {unquote(name): entity for name, entity in graph.items() if entity["@type"] == "File"}
+    root = graph["./"]
+
+    assert crate["@context"] == "https://w3id.org/ro/crate/1.1/context"
+    assert graph["ro-crate-metadata.json"]["about"] == {"@id": "./"}
+    assert graph["ro-crate-metadata.json"]["conformsTo"] == {"@id": "https://w3id.org/ro/crate/1.1"}
+    assert root["datePublished"] == DATE
+    assert {unquote(part["@id"]) for part in root["hasPart"]} == files.keys()
+    assert files.keys() == sizes.keys() - {"ro-crate-metadata.json", "SHA256SUMS"}
+    assert all(entity["contentSize"] == sizes[name] for name, entity in files.items())
+    assert graph[root["mentions"]["@id"]]["version"] == package_version()
+    assert graph[root["author"][0]["@id"]]["name"] == "anonymous"
+    assert root["license"].startswith("No licence is given")
+
+
+def test_who_made_it_stands_in_the_metadata_and_the_citation(results: Path, tmp_path: Path) -> None:
     ada = "Ada Lovelace 0000-0002-1825-0097"
     bundle(results, tmp_path / "x.zip", date=DATE, title="Rain", authors=[ada, "Bob"], licence="CC-BY-4.0")
 
     with zipfile.ZipFile(tmp_path / "x.zip") as archive:
         citation = yaml.safe_load(archive.read("CITATION.cff"))
         readme = archive.read("README.md").decode()
+        crate = json.loads(archive.read("ro-crate-metadata.json"))
+    root = next(entity for entity in crate["@graph"] if entity["@id"] == "./")
 
     assert citation["authors"] == [
         {"name": "Ada Lovelace", "orcid": "https://orcid.org/0000-0002-1825-0097"},
@@ -51,6 +75,8 @@ def test_who_made_it_stands_in_the_citation(results: Path, tmp_path: Path) -> No
     ]
     assert (citation["title"], citation["license"], citation["date-released"]) == ("Rain", "CC-BY-4.0", DATE)
     assert "It may be used under CC-BY-4.0." in readme
+    assert root["author"] == [{"@id": "https://orcid.org/0000-0002-1825-0097"}, {"@id": "#author-2"}]
+    assert root["license"] == {"@id": "https://spdx.org/licenses/CC-BY-4.0"}
 
 
 def test_what_a_bundle_cites_is_what_the_repository_does() -> None:

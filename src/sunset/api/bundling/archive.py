@@ -17,6 +17,7 @@ from sunset_ros.texts import printable
 MANIFEST_FILE: Final = "bundle.json"
 CHECKSUMS_FILE: Final = "SHA256SUMS"
 CITATION_FILE: Final = "CITATION.cff"
+CRATE_FILE: Final = "ro-crate-metadata.json"
 README_FILE: Final = "README.md"
 REPORT_FILE: Final = "report.txt"
 CARD_FILE: Final = "model/card.json"

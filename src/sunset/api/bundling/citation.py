@@ -12,7 +12,7 @@ from sunset import __version__
 from sunset.errors import InvalidInputError
 from sunset_ros.texts import shown
 
-_SOFTWARE: Final = "SUNSET: a ROS 2 exemplar for self-adaptation"
+SOFTWARE: Final = "SUNSET: a ROS 2 exemplar for self-adaptation"
 _DEVELOPERS: Final = "The SUNSET developers"
 _PAPER: Final = "SUNSET - A Sensor-fUsioN based semantic SegmEnTation exemplar for ROS-based self-adaptation"
 _VENUE: Final = "RoSE'26: International Workshop on Robotics Software Engineering"
@@ -69,7 +69,7 @@ def citation_text(title: str, authors: Sequence[str], licence: str, day: str) ->
 
 def references() -> list[dict[str, object]]:
     """Return the references of every bundle, SUNSET and the paper, in the Citation File Format."""
-    software = {"type": "software", "title": _SOFTWARE, "version": __version__, "license": "MIT"}
+    software = {"type": "software", "title": SOFTWARE, "version": __version__, "license": "MIT"}
     paper = {"type": "conference-paper", "title": _PAPER, "year": 2026, "conference": {"name": _VENUE}}
     return [
         software | {"authors": [{"name": _DEVELOPERS}]},

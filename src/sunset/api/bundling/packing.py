@@ -11,6 +11,7 @@ from sunset.api.bundling.archive import (
     CAMPAIGN,
     CARD_FILE,
     CITATION_FILE,
+    CRATE_FILE,
     MANIFEST_FILE,
     README_FILE,
     REPORT_FILE,
@@ -19,6 +20,7 @@ from sunset.api.bundling.archive import (
 )
 from sunset.api.bundling.checks import check_campaign
 from sunset.api.bundling.citation import citation_text
+from sunset.api.bundling.crate import NO_LICENCE, crate_text
 from sunset.api.bundling.sources import Files, Manifest, find_extension_sources, find_manager_sources
 from sunset.errors import OutputError, RecordError
 from sunset.evaluation.report import format_runs
@@ -42,7 +44,6 @@ from sunset.scenarios import SPLIT_FILE, scenario_files, split_hash
 from sunset.texts.names import PLAN_FILE, RUN_FILE, base_name
 from sunset.texts.sentences import counted
 
-_NO_LICENCE: Final = "No licence is given: ask the authors before using this."
 _README: Final = """# {title}
 
 {description} {terms}
@@ -111,9 +112,12 @@ def bundle(
             raise OutputError(f"The file {file} exists already: remove it, or name another one with --out.")
         runs = _checked_runs(source, plan, progress)
         files, lacking = _files(source, plan, runs)
-        terms = f"It may be used under {licence}." if licence else _NO_LICENCE
-        readme = _README.format(title=title, description=description_of(plan), terms=terms)
+        terms = f"It may be used under {licence}." if licence else NO_LICENCE
+        about = {"name": title, "description": description_of(plan), "datePublished": day}
+        readme = _README.format(title=title, description=about["description"], terms=terms)
         files |= {CITATION_FILE: citation.encode(), README_FILE: readme.encode()}
+        sizes = {name: len(it) if isinstance(it, bytes) else it.stat().st_size for name, it in files.items()}
+        files[CRATE_FILE] = crate_text(about, authors, licence, plan.versions["sunset"], sizes).encode()
         digest = write_archive(file, files)
     return Bundle(file, digest, file.stat().st_size, len(runs), (*lacking, *_left_out(plan, runs)))
 

@@ -139,11 +139,7 @@ class NodeParameters:
         return declared
 
     def undeclare_parameter(self, name: str) -> None:
-        """Remove a parameter.
-
-        Raises:
-            ParameterImmutableException: it is read-only.
-        """
+        """Remove a parameter; raise a `ParameterImmutableException` if it is read-only."""
         self._check_parameters_declared([name])
         if self._descriptors[name].read_only:
             raise ParameterImmutableException(f"Parameter {name!r} of {self._parameters_of} is read-only.")
@@ -154,11 +150,7 @@ class NodeParameters:
         return name in self._parameters
 
     def get_parameter(self, name: str) -> Parameter:
-        """Return a parameter.
-
-        Raises:
-            ParameterUninitializedException: it has a fixed type and was never set.
-        """
+        """Return a parameter; raise a `ParameterUninitializedException` if it has a fixed type and was never set."""
         if name not in self._parameters and self._allow_undeclared_parameters:
             return Parameter(name)
         self._check_parameters_declared([name])

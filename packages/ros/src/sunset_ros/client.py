@@ -35,12 +35,7 @@ class Client(Generic[RequestT, ResponseT]):
         return self.srv_name
 
     def call_async(self, request: RequestT) -> Future[ResponseT]:
-        """Send a request; the future is done when the response has come, which may be never.
-
-        Raises:
-            TypeError: the request is of another type.
-            MiddlewareError: the client is destroyed.
-        """
+        """Send a request; the future is done when the response has come, which may be never."""
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(
                 f"Service {self.srv_name} takes {self.srv_type.__name__}.Request, got {type(request).__name__}."

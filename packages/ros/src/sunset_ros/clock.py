@@ -18,12 +18,7 @@ _END_NS: Final = 2**31 * 10**9
 
 
 class Clock:
-    """A clock of its context's middleware.
-
-    Args:
-        clock_type: its type; an attribute too.
-        context: its context; the default context if None.
-    """
+    """A clock of its context's middleware, or the default context's."""
 
     def __init__(
         self, *, clock_type: ClockType = ClockType.SYSTEM_TIME, context: Context | None = None

@@ -12,11 +12,7 @@ from sunset_ros.rmw.core.node import Middleware
 
 
 class Context:
-    """The middleware and the arguments of a process, which its nodes share.
-
-    Attributes:
-        arguments: the command line.
-    """
+    """The middleware and the arguments of a process, which its nodes share."""
 
     def __init__(self) -> None:
         self._middleware: Middleware | None = None
@@ -61,11 +57,7 @@ class Context:
 
     @property
     def middleware(self) -> Middleware:
-        """The process's door to the network.
-
-        Raises:
-            NotInitializedException: the context is not initialised.
-        """
+        """The process's door to the network, which `init` opens."""
         if self._middleware is None:
             raise NotInitializedException("The context is not initialised: call init() first.")
         return self._middleware
@@ -75,11 +67,7 @@ class Context:
         return self._middleware is not None and self._middleware.alive
 
     def shutdown(self) -> None:
-        """Leave the network; in a callback, once its messages are sent.
-
-        Raises:
-            NotInitializedException: the context is not initialised, or was shut down.
-        """
+        """Leave the network; in a callback, once its messages are sent."""
         if not self.ok():
             raise NotInitializedException("The context is not initialised, or was shut down already.")
         self.try_shutdown()

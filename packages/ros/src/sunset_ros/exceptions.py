@@ -18,14 +18,7 @@ class UnknownROSArgsError(MiddlewareError, ValueError):
 
 
 class NameValidationException(MiddlewareError, ValueError):
-    """A name breaks the rules for names.
-
-    Attributes:
-        name_type: the kind of name, such as "topic name".
-        name: the name.
-        error_msg: the rule that it breaks.
-        invalid_index: where in the name.
-    """
+    """A name breaks the rules for names: `error_msg` is the rule, and `name_type` such as "topic name"."""
 
     def __init__(self, name_type: str, name: str, error_msg: str, invalid_index: int) -> None:
         super().__init__(

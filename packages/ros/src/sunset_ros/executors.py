@@ -18,8 +18,7 @@ T = TypeVar("T")
 class SingleThreadedExecutor:
     """Runs the callbacks of its nodes, one at a time, in the order in which they become ready.
 
-    Args:
-        context: the process, an attribute too; the default context if None.
+    Without a context, it is of the default one. All that spins raises a `CallbackError` if a callback raised.
     """
 
     def __init__(self, *, context: Context | None = None) -> None:
@@ -34,11 +33,7 @@ class SingleThreadedExecutor:
         self.shutdown()
 
     def add_node(self, node: Node) -> bool:
-        """Run the callbacks of a node; return whether it did not do so before.
-
-        Raises:
-            MiddlewareError: the node belongs to another context.
-        """
+        """Run the callbacks of a node of the same context; return whether it did not do so before."""
         if node in self._nodes:
             return False
         if node.context is not self.context:
@@ -63,12 +58,9 @@ class SingleThreadedExecutor:
         *args: object,
         **kwargs: object,
     ) -> Future[object]:
-        """Call a function soon, as a callback of the first node; the future is done with its result.
+        """Call a function soon, as a callback of the first node, which must be there; the future gets its result.
 
         The function may be a coroutine function, and a coroutine may be given in its place.
-
-        Raises:
-            MiddlewareError: the executor has not got a node.
         """
         if not self._nodes:
             raise MiddlewareError("An executor without nodes cannot run a task; add a node first.")
@@ -80,11 +72,7 @@ class SingleThreadedExecutor:
         return future
 
     def spin(self) -> None:
-        """Run callbacks until the context is shut down.
-
-        Raises:
-            CallbackError: a callback raised.
-        """
+        """Run callbacks until the context is shut down."""
         while self.context.ok() and not self._is_shutdown:
             self.context.middleware.spin_once(None)
 
@@ -92,7 +80,6 @@ class SingleThreadedExecutor:
         """Wait for a callback and run it; None or a negative number of seconds is for ever.
 
         Raises:
-            CallbackError: it raised.
             MiddlewareError: called from inside a callback.
             NotInitializedException: the context is not initialised, or was shut down.
         """
@@ -101,11 +88,7 @@ class SingleThreadedExecutor:
         self.context.middleware.spin_once(_nanoseconds(timeout_sec))
 
     def spin_until_future_complete(self, future: Future[T], timeout_sec: float | None = None) -> None:
-        """Run callbacks until a future is done, the context is shut down, or time is over.
-
-        Raises:
-            CallbackError: a callback raised.
-        """
+        """Run callbacks until a future is done, the context is shut down, or time is over."""
         middleware = self.context.middleware
         timeout_ns = _nanoseconds(timeout_sec)
         end_ns = None if timeout_ns is None else middleware.steady_ns() + timeout_ns

@@ -45,14 +45,7 @@ class LogOptions(TypedDict, total=False):
 
 
 class Logger:
-    """Logs messages under a name.
-
-    Args:
-        name: such as `managed_subsystem.camera`.
-        sink: where they go.
-        level: severity below which nothing is logged.
-        parent: the logger whose level is used while this logger's level is not set.
-    """
+    """Logs messages under a name, such as `managed_subsystem.camera`; without a level, its parent's holds."""
 
     def __init__(
         self,
@@ -71,11 +64,7 @@ class Logger:
         return f"<Logger {self.name} {self.get_effective_level().name}>"
 
     def get_child(self, name: str) -> "Logger":
-        """Return a logger whose name has another part.
-
-        Raises:
-            ValueError: the part is empty.
-        """
+        """Return a logger whose name has another part, which is not empty."""
         if not name:
             raise ValueError("A child logger needs a name.")
         return Logger(f"{self.name}.{name}", self._sink, parent=self)

@@ -1,6 +1,7 @@
 """Names of nodes, topics, services and parameters: the rules, expansion and remapping.
 
-The rules: https://design.ros2.org/articles/topic_and_service_names.html.
+The rules: https://design.ros2.org/articles/topic_and_service_names.html. A name that breaks them, or is too long,
+raises the `NameValidationException` of its kind.
 """
 
 import re
@@ -53,32 +54,19 @@ class RemapRule:
 
 
 def validate_node_name(node_name: str) -> None:
-    """Check the name of a node: letters, digits and underscores, not starting with a digit.
-
-    Raises:
-        InvalidNodeNameException: it breaks the rules.
-    """
+    """Check the name of a node: letters, digits and underscores, not starting with a digit."""
     _check(node_name, node_name, _NODE, "node name", InvalidNodeNameException)
     _check_length(node_name, _MAX_LENGTH, "node name", InvalidNodeNameException)
 
 
 def validate_namespace(namespace: str) -> None:
-    """Check an absolute namespace, such as `/` or `/managed_subsystem`.
-
-    Raises:
-        InvalidNamespaceException: it breaks the rules.
-    """
+    """Check an absolute namespace, such as `/` or `/managed_subsystem`."""
     if namespace != "/":
         _check(namespace, namespace, _NAMESPACE, "namespace", InvalidNamespaceException)
 
 
 def validate_topic_name(name: str, *, is_service: bool = False) -> None:
-    """Check a topic or service name before expansion; it may be relative and start with `~`.
-
-    Raises:
-        InvalidTopicNameException: it breaks the rules.
-        InvalidServiceNameException: likewise, for a service.
-    """
+    """Check a topic or service name before expansion; it may be relative and start with `~`."""
     plain = re.sub(r"\{(?:node|ns|namespace)\}", lambda match: "s" * len(match[0]), name)
     _check(name, plain, _TOPIC, *_KINDS[is_service])
 
@@ -112,12 +100,7 @@ def remap_name(name: str, node_name: str, namespace: str, rules: Iterable[RemapR
 def resolve_name(
     name: str, node_name: str, namespace: str, rules: Iterable[RemapRule], *, is_service: bool = False
 ) -> str:
-    """Validate, expand and remap a topic or service name.
-
-    Raises:
-        InvalidTopicNameException: it breaks the rules, or is too long.
-        InvalidServiceNameException: likewise, for a service.
-    """
+    """Validate, expand and remap a topic or service name."""
     validate_topic_name(name, is_service=is_service)
     resolved = remap_name(expand_name(name, node_name, namespace), node_name, namespace, rules)
     _check_length(resolved, _MAX_TOPIC_LENGTH, *_KINDS[is_service])

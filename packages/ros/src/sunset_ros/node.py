@@ -62,7 +62,7 @@ class Node(NodeParameters, NodeGraph):
 
     Args:
         node_name: its name; the command line may replace it (`-r __node:=`).
-        context: its context; the default context if None.
+        context: its context, an attribute too; the default context if None.
         cli_args: arguments for this node alone, as after `ros2 run`.
         namespace: where its relative names are; the command line may replace it (`-r __ns:=`).
         use_global_arguments: whether the context's arguments hold for it.
@@ -71,10 +71,6 @@ class Node(NodeParameters, NodeGraph):
         parameter_overrides: values that win over defaults and the command line.
         allow_undeclared_parameters: whether parameters may be set that were not declared.
         automatically_declare_parameters_from_overrides: whether all overrides are declared at once.
-
-    Attributes:
-        context: its context.
-        default_callback_group: the group of callbacks without a group.
 
     Raises:
         NotInitializedException: the context is not initialised.
@@ -105,7 +101,7 @@ class Node(NodeParameters, NodeGraph):
         name, namespace = rename_node(node_name, namespace or "/", self._rules)
         self.handle = self._middleware.create_node(name, namespace)
         self._parts: dict[Part, None] = {}  # by age
-        self.default_callback_group = CallbackGroup()
+        self.default_callback_group = CallbackGroup()  # of callbacks without a group
         self._clock = ROSClock(context=self.context)
         self._logger = self._make_logger(enable_rosout)
         self._time_source = TimeSource(self.handle, self._clock, self._logger)
@@ -217,7 +213,7 @@ class Node(NodeParameters, NodeGraph):
         self._warn_of_mismatch(name, EndpointKind.SUBSCRIPTION, qos)
         label = f"{callback_name(callback)} (subscription of {name})"
         handle = self.handle.create_subscription(msg_type, name, qos, driven(callback), label=label)
-        subscription = Subscription(handle, msg_type, name, callback, qos)
+        subscription = Subscription(handle, msg_type, name, qos, callback)
         self._parts[subscription] = None
         return subscription
 
@@ -243,11 +239,12 @@ class Node(NodeParameters, NodeGraph):
         *,
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,  # noqa: ARG002  as in rclpy
+        service_class: type[Service] = Service,
     ) -> Service:
         """Answer requests with the result of `callback(request, response)`, which may be a coroutine function."""
         name = self.resolve_service_name(srv_name)
         label = f"{callback_name(callback)} (service {name})"
-        service = Service(self.handle, srv_type, name, callback, qos_profile, label=label)
+        service = service_class(self.handle, srv_type, name, callback, qos_profile, label=label)
         self._parts[service] = None
         return service
 
@@ -259,11 +256,7 @@ class Node(NodeParameters, NodeGraph):
         clock: Clock | None = None,
         autostart: bool = True,
     ) -> Timer:
-        """Call `callback()` periodically, first after a period, by a clock or the node's own.
-
-        Raises:
-            MiddlewareError: the period is negative.
-        """
+        """Call `callback()` periodically, first after a period of at least 0 s, by a clock or the node's own."""
         period_ns = round(timer_period_sec * 1e9)
         timer = Timer(
             self.handle, clock or self._clock, callback, period_ns, f"{callback_name(callback)} (timer)"

@@ -31,12 +31,7 @@ _INT64 = range(-(2**63), 2**63)
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
 class Parameter:
-    """A name with a value of a fixed set of types.
-
-    Args:
-        name: its name.
-        type_: the type of the value; derived from the value if None.
-        value: the value; None for not set.
+    """A name with a value of a fixed set of types, None for not set; the type is derived from it if None.
 
     Raises:
         InvalidParameterTypeException: the value is not of the type, or a parameter cannot hold it.
@@ -59,9 +54,6 @@ class Parameter:
         @classmethod
         def from_parameter_value(cls, value: object) -> "Parameter.Type":
             """Return the type of a Python value.
-
-            Raises:
-                InvalidParameterTypeException: a parameter cannot hold it.
 
             >>> Parameter.Type.from_parameter_value([1, 2]).name
             'INTEGER_ARRAY'
@@ -135,11 +127,7 @@ class Parameter:
 
     @classmethod
     def from_parameter_msg(cls, param_msg: ParameterMessage) -> "Parameter":
-        """Return what a message says.
-
-        Raises:
-            InvalidParameterTypeException: the message names no known type.
-        """
+        """Return what a message says; see `parameter_value_to_python`."""
         value = parameter_value_to_python(param_msg.value)
         return cls(param_msg.name, Parameter.Type(param_msg.value.type), value)
 

@@ -4,36 +4,41 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from sunset_ros.interfaces import Message
-from sunset_ros.rmw.core.node import PublisherHandle
+from sunset_ros.rmw.core.node import PublisherHandle, SubscriptionHandle
 from sunset_ros.rmw.core.qos import QoSProfile
 
 MessageT = TypeVar("MessageT", bound=Message)
 
 
 @dataclass(eq=False, repr=False)
-class Publisher(Generic[MessageT]):
-    """Sends messages of a type on a topic; made by `Node.create_publisher`."""
+class TopicEndpoint(Generic[MessageT]):
+    """A publisher or a subscription."""
 
-    handle: PublisherHandle
+    handle: PublisherHandle | SubscriptionHandle
     msg_type: type[MessageT]
     topic_name: str
     qos_profile: QoSProfile
 
     def __repr__(self) -> str:
-        return f"<Publisher of {self.topic_name}>"
+        return f"<{type(self).__name__} of {self.topic_name}>"
 
     @property
     def topic(self) -> str:
         """The fully qualified name of the topic."""
         return self.topic_name
 
-    def publish(self, msg: MessageT) -> None:
-        """Send a message. It may be changed afterwards, but arrays in it become read-only.
+    def destroy(self) -> None:
+        """Leave the graph; prefer `Node.destroy_publisher` and `Node.destroy_subscription`."""
+        self.handle.destroy()
 
-        Raises:
-            TypeError: the message is of another type.
-            MiddlewareError: the publisher is destroyed.
-        """
+
+class Publisher(TopicEndpoint[MessageT]):
+    """Sends messages of a type on a topic; made by `Node.create_publisher`."""
+
+    handle: PublisherHandle
+
+    def publish(self, msg: MessageT) -> None:
+        """Send a message. It may be changed afterwards, but arrays in it become read-only."""
         if not isinstance(msg, self.msg_type):
             raise TypeError(
                 f"Topic {self.topic_name} carries {self.msg_type.__name__}, got {type(msg).__name__}."
@@ -43,10 +48,6 @@ class Publisher(Generic[MessageT]):
     def get_subscription_count(self) -> int:
         """Return the number of subscriptions that receive the messages."""
         return self.handle.matched
-
-    def destroy(self) -> None:
-        """Leave the graph; prefer `Node.destroy_publisher`."""
-        self.handle.destroy()
 
 
 AnyPublisher: TypeAlias = Publisher[Any]

@@ -40,11 +40,7 @@ class Service:
         return self.srv_name
 
     def send_response(self, response: Message, request_id: RequestId) -> None:
-        """Answer a request.
-
-        Raises:
-            TypeError: the response is of another type.
-        """
+        """Answer a request."""
         if not isinstance(response, self.srv_type.Response):
             raise TypeError(
                 f"The callback of service {self.srv_name} must return a {self.srv_type.__name__}.Response, "

@@ -24,14 +24,7 @@ NodeT = TypeVar("NodeT", bound=Node)
 
 
 class World(Tap):
-    """A simulated network with a record of its messages.
-
-    Args:
-        options: those of `sunset_ros.rmw.sim.Simulation`, such as `seed` or `latency_s`.
-
-    Attributes:
-        simulation: the simulation.
-    """
+    """A network in a `sunset_ros.rmw.sim.Simulation`, which takes the options, with a record of its messages."""
 
     def __init__(self, **options: Any) -> None:
         self.simulation = Simulation(**options)
@@ -65,11 +58,7 @@ class World(Tap):
         return node
 
     def run(self, seconds: float) -> None:
-        """Let virtual time pass.
-
-        Raises:
-            CallbackError: a callback of a node raised.
-        """
+        """Let virtual time pass; raise a `CallbackError` if a callback of a node raised."""
         self.simulation.run_until(self.simulation.now + round(seconds * 1e9))
 
     def messages(self, topic: str) -> list[Any]:

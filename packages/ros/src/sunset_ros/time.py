@@ -22,11 +22,7 @@ class ClockType(IntEnum):
 @total_ordering
 @dataclass(frozen=True, slots=True, init=False, eq=False, repr=False)
 class Time:
-    """A point in time of a clock type, in whole nanoseconds of at least 0.
-
-    Raises:
-        ValueError: it would be negative.
-    """
+    """A point in time of a clock type, in whole nanoseconds of at least 0."""
 
     nanoseconds: int
     clock_type: ClockType

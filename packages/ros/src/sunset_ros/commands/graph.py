@@ -48,14 +48,12 @@ def node_info(arguments: argparse.Namespace) -> None:
 
 def topic_list(arguments: argparse.Namespace) -> None:
     """Print the names of all topics."""
-    with session(arguments) as graph:
-        _print_list(graph, arguments, *TOPIC_KINDS)
+    _print_list(arguments, *TOPIC_KINDS)
 
 
 def service_list(arguments: argparse.Namespace) -> None:
     """Print the names of all services."""
-    with session(arguments) as graph:
-        _print_list(graph, arguments, EndpointKind.SERVICE)
+    _print_list(arguments, EndpointKind.SERVICE)
 
 
 def topic_info(arguments: argparse.Namespace) -> None:
@@ -76,11 +74,12 @@ def topic_info(arguments: argparse.Namespace) -> None:
                 print(_described(info), end=end)
 
 
-def _print_list(graph: Session, arguments: argparse.Namespace, *kinds: EndpointKind) -> None:
-    graph.look_around()
-    for name, types in graph.names_and_types(*kinds).items():
-        if not hidden(name):
-            print(f"{name} [{', '.join(types)}]" if arguments.show_types else name)
+def _print_list(arguments: argparse.Namespace, *kinds: EndpointKind) -> None:
+    with session(arguments) as graph:
+        graph.look_around()
+        for name, types in graph.names_and_types(*kinds).items():
+            if not hidden(name):
+                print(f"{name} [{', '.join(types)}]" if arguments.show_types else name)
 
 
 def _described(info: EndpointInfo) -> str:

@@ -5,6 +5,7 @@ import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cached_property
 from typing import Any, Final, TypeVar
 
 from sunset_ros._node_graph import names_and_types
@@ -49,20 +50,14 @@ class Session:
         self._context = Context()
         self._context.init([], middleware=middleware)
         self._executor = SingleThreadedExecutor(context=self._context)
-        self._own: Node | None = None
 
-    @property
+    @cached_property
     def node(self) -> Node:
         """A node to ask and listen with, which others take for a hidden one."""
-        if self._own is None:
-            self._own = Node(
-                f"_sunset_ros_{os.getpid()}",
-                context=self._context,
-                enable_rosout=False,
-                start_parameter_services=False,
-            )
-            self._executor.add_node(self._own)
-        return self._own
+        name = f"_sunset_ros_{os.getpid()}"
+        node = Node(name, context=self._context, enable_rosout=False, start_parameter_services=False)
+        self._executor.add_node(node)
+        return node
 
     @property
     def now_s(self) -> float:

@@ -1,7 +1,7 @@
 """The .msg and .srv language: text in, frozen values out.
 
 Source: https://design.ros2.org/articles/legacy_interface_definition.html. Comments are dropped, `wstring`
-is not supported, and `char` is read as `uint8`, as on ROS 2's wire.
+is not supported, and `char` is read as `uint8`, as on ROS 2's wire. All else is an `InterfaceError`.
 """
 
 import ast
@@ -100,9 +100,6 @@ class Definition:
 def parse_type(text: str, package: str) -> FieldType:
     """Return the type that `text` names in a definition of `package`.
 
-    Raises:
-        InterfaceError: the text is not a type.
-
     >>> parse_type("Parameter[<=3]", "rcl_interfaces")
     FieldType(base='rcl_interfaces/msg/Parameter', string_bound=0, is_array=True, size=None, limit=3)
     """
@@ -125,11 +122,7 @@ def parse_type(text: str, package: str) -> FieldType:
 
 
 def parse_message(text: str, name: str) -> Definition:
-    """Return the definition in the text of a .msg file, by the message's full name, such as `std_msgs/msg/Header`.
-
-    Raises:
-        InterfaceError: a line is neither a field nor a constant.
-    """
+    """Return the definition in the text of a .msg file, by the message's full name, such as `std_msgs/msg/Header`."""
     package = name.partition("/")[0]
     constants: list[Constant] = []
     fields: list[Field] = []
@@ -149,11 +142,7 @@ def parse_message(text: str, name: str) -> Definition:
 
 
 def split_service(text: str, name: str) -> tuple[str, str]:
-    """Return the texts of request and response in the text of a .srv file, which a line of three dashes separates.
-
-    Raises:
-        InterfaceError: the text does not have two parts.
-    """
+    """Return the texts of request and response in the text of a .srv file, which a line of three dashes separates."""
     request, *others = re.split(r"^---[ \t]*(?:\n|\Z)", text, flags=re.MULTILINE)
     if len(others) != 1:
         raise InterfaceError(f"{name} needs one line '---' between request and response, got {len(others)}.")

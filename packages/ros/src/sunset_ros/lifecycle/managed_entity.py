@@ -1,6 +1,12 @@
-"""Parts of a node that follow its lifecycle, as in `rclpy.lifecycle.managed_entity`."""
+"""Parts of a node that follow its lifecycle, as in `rclpy.lifecycle`."""
 
+from typing import TypeVar
+
+from sunset_ros.interfaces import Message
 from sunset_ros.lifecycle._state_machine import LifecycleState, TransitionCallbackReturn
+from sunset_ros.publisher import Publisher
+
+MessageT = TypeVar("MessageT", bound=Message)
 
 
 class ManagedEntity:
@@ -32,3 +38,12 @@ class SimpleManagedEntity(ManagedEntity):
         """Stop working."""
         self._enabled = False
         return super().on_deactivate(state)
+
+
+class LifecyclePublisher(SimpleManagedEntity, Publisher[MessageT]):
+    """Sends only while its node is active; made by `LifecycleNode.create_lifecycle_publisher`."""
+
+    def publish(self, msg: MessageT) -> None:
+        """Send a message if the node is active, else drop it; see `Publisher.publish`."""
+        if self._enabled:
+            super().publish(msg)

@@ -1,6 +1,6 @@
 """Nodes with a lifecycle, as in `rclpy.lifecycle.node`."""
 
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Iterable
 from typing import Final, TypeVar, Unpack
 
 from sunset_ros.errors import MiddlewareError
@@ -21,10 +21,8 @@ from sunset_ros.lifecycle._state_machine import (
     TransitionCallbackReturn,
     state_message,
 )
-from sunset_ros.lifecycle.managed_entity import ManagedEntity
-from sunset_ros.lifecycle.publisher import LifecyclePublisher
+from sunset_ros.lifecycle.managed_entity import LifecyclePublisher, ManagedEntity
 from sunset_ros.node import Node, NodeOptions
-from sunset_ros.qos import qos_profile_services_default
 from sunset_ros.rmw.core.port import CallbackError, RequestId
 from sunset_ros.rmw.core.qos import QoSProfile
 from sunset_ros.service import Service
@@ -50,10 +48,7 @@ class LifecycleNode(Node):
     entities. A callback that raises counts as ERROR: `on_error` decides on the final state, and the exception then
     surfaces as a `CallbackError`.
 
-    Args:
-        node_name: as for `Node`.
-        enable_communication_interface: whether the lifecycle services and `~/transition_event` are offered.
-        options: as for `Node`.
+    Unless `enable_communication_interface` is false, it offers the lifecycle services and `~/transition_event`.
     """
 
     def __init__(
@@ -65,13 +60,10 @@ class LifecycleNode(Node):
         self._transition_events = None
         if enable_communication_interface:
             self._transition_events = self.create_publisher(TransitionEvent, "~/transition_event", 10)
-            self._parts[self._make_change_state()] = None
-            self.create_service(GetState, "~/get_state", self._get_state)
-            self.create_service(GetAvailableStates, "~/get_available_states", self._get_available_states)
             self.create_service(
-                GetAvailableTransitions, "~/get_available_transitions", self._get_available_transitions
+                ChangeState, "~/change_state", self._change_state, service_class=_ChangeStateService
             )
-            self.create_service(GetAvailableTransitions, "~/get_transition_graph", self._get_transition_graph)
+            self._create_queries()
 
     # Callbacks of transitions, which take the state before
 
@@ -196,16 +188,6 @@ class LifecycleNode(Node):
 
     # The services
 
-    def _make_change_state(self) -> Service:
-        return _ChangeStateService(
-            self.handle,
-            ChangeState,
-            self.resolve_service_name("~/change_state"),
-            self._change_state,
-            qos_profile_services_default,
-            label=f"{callback_name(self._change_state)} (service ~/change_state)",
-        )
-
     def _change_state(
         self, request: ChangeState.Request, response: ChangeState.Response
     ) -> ChangeState.Response | Awaitable[ChangeState.Response]:
@@ -214,28 +196,23 @@ class LifecycleNode(Node):
             response.success = self._go_through(transition) is TransitionCallbackReturn.SUCCESS
         return response
 
-    def _get_state(self, _: GetState.Request, response: GetState.Response) -> GetState.Response:
-        response.current_state = state_message(self._state_machine.state.state_id)
-        return response
+    def _create_queries(self) -> None:
+        def get_state(*_: Message) -> Message:
+            return GetState.Response(current_state=state_message(self._state_machine.state.state_id))
 
-    def _get_available_states(
-        self, _: GetAvailableStates.Request, response: GetAvailableStates.Response
-    ) -> GetAvailableStates.Response:
-        response.available_states = [state_message(state_id) for state_id in STATES]
-        return response
+        def get_available_states(*_: Message) -> Message:
+            return GetAvailableStates.Response(available_states=[state_message(number) for number in STATES])
 
-    def _get_available_transitions(
-        self, _: GetAvailableTransitions.Request, response: GetAvailableTransitions.Response
-    ) -> GetAvailableTransitions.Response:
-        available = self._state_machine.available_transitions
-        response.available_transitions = [transition.to_msg() for transition in available]
-        return response
+        def get_available_transitions(*_: Message) -> Message:
+            return _transitions_response(self._state_machine.available_transitions)
 
-    def _get_transition_graph(
-        self, _: GetAvailableTransitions.Request, response: GetAvailableTransitions.Response
-    ) -> GetAvailableTransitions.Response:
-        response.available_transitions = [transition.to_msg() for transition in TRANSITIONS]
-        return response
+        def get_transition_graph(*_: Message) -> Message:
+            return _transitions_response(TRANSITIONS)
+
+        self.create_service(GetState, "~/get_state", get_state)
+        self.create_service(GetAvailableStates, "~/get_available_states", get_available_states)
+        for callback in (get_available_transitions, get_transition_graph):
+            self.create_service(GetAvailableTransitions, f"~/{callback.__name__}", callback)
 
 
 class _ChangeStateService(Service):
@@ -247,6 +224,10 @@ class _ChangeStateService(Service):
         except CallbackError:
             self.send_response(ChangeState.Response(success=False), request_id)
             raise
+
+
+def _transitions_response(transitions: Iterable[Transition]) -> Message:
+    return GetAvailableTransitions.Response(available_transitions=[each.to_msg() for each in transitions])
 
 
 def _checked(outcome: object) -> TransitionCallbackReturn:

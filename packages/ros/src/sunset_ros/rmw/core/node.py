@@ -23,11 +23,7 @@ MessageT = TypeVar("MessageT", bound=Message)
 
 
 class Middleware(Process):
-    """One process on the network, which has nodes.
-
-    Attributes:
-        parts: the classes of the parts of its nodes.
-    """
+    """One process on the network, which has nodes."""
 
     parts: "Parts"
 
@@ -45,16 +41,7 @@ class Middleware(Process):
 
 
 class NodeHandle:
-    """A node on the graph. Labels name a callback in errors.
-
-    Attributes:
-        namespace: the root is `/`.
-        fully_qualified_name: namespace and name, such as `/managed_subsystem/camera`.
-        entities: its parts, by age.
-        alive: False once destroyed.
-        attached: whether its callbacks run while the process spins.
-        warn: called, at a limited rate, with a sentence about data that could not be used.
-    """
+    """A node on the graph; the root namespace is `/`. Labels name a callback in errors."""
 
     def __init__(self, process: Middleware, name: str, namespace: str) -> None:
         process.check_alive()
@@ -62,10 +49,11 @@ class NodeHandle:
         self.namespace = namespace
         self.fully_qualified_name = qualified_name(namespace, name)
         self.process = process
-        self.entities: dict[Entity, None] = {}
-        self.alive = True
-        self.attached = False
+        self.entities: dict[Entity, None] = {}  # its parts, by age
+        self.alive = True  # until it is destroyed
+        self.attached = False  # whether its callbacks run while the process spins
         self.warn: Callable[[str], None] | None = None
+        """Called, at a limited rate, with a sentence about data that could not be used."""
         self._held: list[Callable[[], None]] = []
 
     def check_alive(self) -> None:
@@ -149,12 +137,7 @@ class NodeHandle:
 
 
 class Entity(ABC):  # noqa: B024  its subclasses have abstract methods
-    """A part of a node; most have callbacks.
-
-    Attributes:
-        label: the name of its callback in errors.
-        alive: False once destroyed.
-    """
+    """A part of a node, alive until destroyed; most have callbacks, which errors name by the label."""
 
     def __init__(self, node: NodeHandle, label: str) -> None:
         node.check_alive()
@@ -195,16 +178,7 @@ class Entity(ABC):  # noqa: B024  its subclasses have abstract methods
 
 
 class Endpoint(Entity):
-    """A part that is visible on the graph.
-
-    Attributes:
-        kind: publisher, subscription, client or service.
-        ros_type: the message or service.
-        sent, received: the messages that it sends and receives.
-        name: the name of its topic or service.
-        qos: the profile that it offers or requests.
-        handler: called with what it receives.
-    """
+    """A part that is visible on the graph, with the name of its topic or service; `handler` takes what it receives."""
 
     kind: ClassVar[EndpointKind]
 
@@ -300,11 +274,7 @@ class ClientHandle(Endpoint):
 
 
 class ServiceHandle(Endpoint):
-    """A server of a service, with a queue of the depth in its QoS.
-
-    Attributes:
-        asked: request that waits for its response → sends the response, given also as CDR.
-    """
+    """A server of a service, with a queue of the depth in its QoS."""
 
     kind = EndpointKind.SERVICE
 
@@ -312,6 +282,7 @@ class ServiceHandle(Endpoint):
         """Begin without requests."""
         super().open()
         self.asked: dict[RequestId, Callable[[Message, bytes], None]] = {}
+        """Request that waits for its response → sends the response, given also as CDR."""
 
     def send_response(self, request_id: RequestId, response: Message) -> None:
         """Answer a request of the handler.
@@ -331,9 +302,6 @@ class Timer(Entity):
     """Calls its handler periodically, by the steady clock of its process; a middleware sets its alarm.
 
     The n-th call is due at start + n * period. A late call does not shift later calls, and missed calls are skipped.
-
-    Attributes:
-        canceled: whether it is stopped.
     """
 
     def __init__(self, node: NodeHandle, period_ns: int, handler: Callable[[], None], label: str) -> None:

@@ -20,12 +20,7 @@ from sunset_ros.texts import shorten
 
 
 class CallbackError(MiddlewareError):
-    """A callback of a node raised an exception, which is the `__cause__`.
-
-    Attributes:
-        node: fully qualified name of the node.
-        callback: name of the callback, such as `Camera.on_image`.
-    """
+    """A callback, such as `Camera.on_image`, of a node raised an exception, which is the `__cause__`."""
 
     def __init__(self, node: str, callback: str, reason: str) -> None:
         super().__init__(f"Callback {callback} of node {node} {reason}")
@@ -89,25 +84,15 @@ class EndpointKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class EndpointInfo:
-    """An endpoint on the graph.
-
-    Attributes:
-        kind: publisher, subscription, client or service.
-        name: fully qualified topic or service name.
-        type_name: such as `sensor_msgs/msg/Image` or `std_srvs/srv/Trigger`.
-        node_name: name of its node, without namespace.
-        node_namespace: namespace of its node; the root is `/`.
-        qos: the profile that it offers or requests.
-        gid: 16 bytes that identify it on this network.
-    """
+    """An endpoint on the graph."""
 
     kind: EndpointKind
-    name: str
-    type_name: str
-    node_name: str
-    node_namespace: str
-    qos: QoSProfile
-    gid: bytes
+    name: str  #: of its topic or service, fully qualified
+    type_name: str  #: such as `sensor_msgs/msg/Image` or `std_srvs/srv/Trigger`
+    node_name: str  #: without namespace
+    node_namespace: str  #: the root is `/`
+    qos: QoSProfile  #: the profile that it offers or requests
+    gid: bytes  #: 16 bytes that identify it on this network
 
 
 class Process(ABC):

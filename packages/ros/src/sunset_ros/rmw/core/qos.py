@@ -29,21 +29,15 @@ class DurabilityPolicy(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QoSProfile:
-    """The policies of one endpoint.
+    """The policies of one endpoint."""
 
-    Args:
-        depth: samples kept when `history` is KEEP_LAST, at least 1.
-        history: keep the last `depth` samples, or all.
-        reliability: reliable or best effort.
-        durability: volatile, or transient local: a late reader receives the samples that the writer keeps.
-        lifespan_ns: the age in nanoseconds from which late readers do not receive a kept sample; None for no limit.
-    """
-
-    depth: int = 10
+    depth: int = 10  #: samples kept when `history` is KEEP_LAST, at least 1
     history: HistoryPolicy = HistoryPolicy.KEEP_LAST
     reliability: ReliabilityPolicy = ReliabilityPolicy.RELIABLE
     durability: DurabilityPolicy = DurabilityPolicy.VOLATILE
-    lifespan_ns: int | None = None
+    lifespan_ns: int | None = (
+        None  #: the age from which late readers do not receive a kept sample; None for no limit
+    )
 
     def __post_init__(self) -> None:
         """Raise a `MiddlewareError` if the depth is not a whole number of at least 1."""
@@ -57,10 +51,7 @@ class QoSProfile:
 
 
 def incompatibility(offered: QoSProfile, requested: QoSProfile) -> str | None:
-    """Return the policy for which a reader requests more than a writer offers.
-
-    Returns:
-        "reliability" or "durability", or None when the two match.
+    """Return the policy for which a reader requests more than a writer offers, or None when the two match.
 
     >>> incompatibility(QoSProfile(reliability=ReliabilityPolicy.BEST_EFFORT), QoSProfile())
     'reliability'

@@ -35,7 +35,10 @@ class Client(Generic[RequestT, ResponseT]):
         return self.srv_name
 
     def call_async(self, request: RequestT) -> Future[ResponseT]:
-        """Send a request; the future is done when the response has come, which may be never."""
+        """Send a request; the future is done when the response has come, which may be never.
+
+        Raise a `TypeError` for a request of another type, and a `MiddlewareError` once the client is destroyed.
+        """
         if not isinstance(request, self.srv_type.Request):
             raise TypeError(
                 f"Service {self.srv_name} takes {self.srv_type.__name__}.Request, got {type(request).__name__}."

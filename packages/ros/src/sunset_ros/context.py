@@ -12,7 +12,10 @@ from sunset_ros.rmw.core.node import Middleware
 
 
 class Context:
-    """The middleware and the arguments of a process, which its nodes share."""
+    """The middleware and the arguments of a process, which its nodes share.
+
+    Until `init`, and after a shutdown, what needs the network raises a `NotInitializedException`.
+    """
 
     def __init__(self) -> None:
         self._middleware: Middleware | None = None

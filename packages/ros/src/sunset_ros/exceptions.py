@@ -18,7 +18,7 @@ class UnknownROSArgsError(MiddlewareError, ValueError):
 
 
 class NameValidationException(MiddlewareError, ValueError):
-    """A name breaks the rules for names: `error_msg` is the rule, and `name_type` such as "topic name"."""
+    """A name of a type, such as "topic name", breaks the rule that `error_msg` says, at `invalid_index`."""
 
     def __init__(self, name_type: str, name: str, error_msg: str, invalid_index: int) -> None:
         super().__init__(

@@ -33,7 +33,10 @@ class SingleThreadedExecutor:
         self.shutdown()
 
     def add_node(self, node: Node) -> bool:
-        """Run the callbacks of a node of the same context; return whether it did not do so before."""
+        """Run the callbacks of a node; return whether it did not do so before.
+
+        Raise a `MiddlewareError` if the node belongs to another context.
+        """
         if node in self._nodes:
             return False
         if node.context is not self.context:
@@ -58,9 +61,10 @@ class SingleThreadedExecutor:
         *args: object,
         **kwargs: object,
     ) -> Future[object]:
-        """Call a function soon, as a callback of the first node, which must be there; the future gets its result.
+        """Call a function soon, as a callback of the first node; the future is done with its result.
 
-        The function may be a coroutine function, and a coroutine may be given in its place.
+        The function may be a coroutine function, and a coroutine may be given in its place. Raise a `MiddlewareError`
+        if the executor has not got a node.
         """
         if not self._nodes:
             raise MiddlewareError("An executor without nodes cannot run a task; add a node first.")

@@ -64,7 +64,7 @@ class Logger:
         return f"<Logger {self.name} {self.get_effective_level().name}>"
 
     def get_child(self, name: str) -> "Logger":
-        """Return a logger whose name has another part, which is not empty."""
+        """Return a logger whose name has another part; raise a `ValueError` if the part is empty."""
         if not name:
             raise ValueError("A child logger needs a name.")
         return Logger(f"{self.name}.{name}", self._sink, parent=self)

@@ -256,7 +256,10 @@ class Node(NodeParameters, NodeGraph):
         clock: Clock | None = None,
         autostart: bool = True,
     ) -> Timer:
-        """Call `callback()` periodically, first after a period of at least 0 s, by a clock or the node's own."""
+        """Call `callback()` periodically, first after a period, by a clock or the node's own.
+
+        Raise a `MiddlewareError` if the period is negative.
+        """
         period_ns = round(timer_period_sec * 1e9)
         timer = Timer(
             self.handle, clock or self._clock, callback, period_ns, f"{callback_name(callback)} (timer)"

@@ -38,7 +38,10 @@ class Publisher(TopicEndpoint[MessageT]):
     handle: PublisherHandle
 
     def publish(self, msg: MessageT) -> None:
-        """Send a message. It may be changed afterwards, but arrays in it become read-only."""
+        """Send a message. It may be changed afterwards, but arrays in it become read-only.
+
+        Raise a `TypeError` for a message of another type, and a `MiddlewareError` once the publisher is destroyed.
+        """
         if not isinstance(msg, self.msg_type):
             raise TypeError(
                 f"Topic {self.topic_name} carries {self.msg_type.__name__}, got {type(msg).__name__}."

@@ -40,7 +40,7 @@ class Service:
         return self.srv_name
 
     def send_response(self, response: Message, request_id: RequestId) -> None:
-        """Answer a request."""
+        """Answer a request; raise a `TypeError` if the response is of another type."""
         if not isinstance(response, self.srv_type.Response):
             raise TypeError(
                 f"The callback of service {self.srv_name} must return a {self.srv_type.__name__}.Response, "

@@ -22,7 +22,7 @@ class ClockType(IntEnum):
 @total_ordering
 @dataclass(frozen=True, slots=True, init=False, eq=False, repr=False)
 class Time:
-    """A point in time of a clock type, in whole nanoseconds of at least 0."""
+    """A point in time of a clock type, in whole nanoseconds; a negative one raises a `ValueError`."""
 
     nanoseconds: int
     clock_type: ClockType

@@ -23,11 +23,7 @@ def _name(path: Path) -> str:
 @pytest.mark.parametrize("path", FILES, ids=_name)
 def test_a_package_exports_what_it_says_and_a_module_what_has_no_underscore(path: Path) -> None:
     module = importlib.import_module(_name(path))
-    listed = getattr(module, "__all__", None)
-    if path.name == "__init__.py":
-        assert listed is not None
-    if listed is not None:
-        assert [exported for exported in listed if not hasattr(module, exported)] == []
+    assert [exported for exported in getattr(module, "__all__", ()) if not hasattr(module, exported)] == []
     assert _private_names_of_others(path) == [], "a name with an underscore is its module's own"
 
 

@@ -45,30 +45,19 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class Conv:
-    """A convolution with optional normalisation, addition, ReLU and, in training, dropout, in this order.
-
-    Attributes:
-        name: names the result.
-        source: the result that is convolved.
-        channels: channels in, channels out.
-        weights: the module of the kernel, and of the bias if there is no normalisation.
-        norm: the module of the batch normalisation; empty without normalisation.
-        kernel: odd; the source is padded with zeros to keep its size.
-        add: a result to add, of the same shape or of a single pixel.
-        dropout: the share of values that training sets to 0.
-    """
+    """A convolution with optional normalisation, addition, ReLU and, in training, dropout, in this order."""
 
     name: str
-    source: str
-    channels: tuple[int, int]
-    weights: str
-    norm: str = ""
-    kernel: int = 3
+    source: str  # the result that is convolved
+    channels: tuple[int, int]  # in, out
+    weights: str  # the module of the kernel, and of the bias if there is no normalisation
+    norm: str = ""  # the module of the batch normalisation; empty without normalisation
+    kernel: int = 3  # odd; the source is padded with zeros to keep its size
     stride: int = 1
     dilation: int = 1
-    add: str = ""
+    add: str = ""  # a result to add, of the same shape or of a single pixel
     relu: bool = True
-    dropout: float = 0.0
+    dropout: float = 0.0  # the share of values that training sets to 0
 
     def taps(self, size: int) -> slice:
         """Return the rows of the kernel that see more than padding in a source of `size` rows; or columns.

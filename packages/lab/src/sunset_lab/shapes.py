@@ -16,9 +16,6 @@ _CLASSES: Final = len(CLASSES)
 _STRIDES: Final = (8, 16, 32)
 _EXPANSION: Final = 4
 
-BRANCH_PREFIXES: Final = {"rgb": "rgb.", "depth": "dth."}
-"""The prefixes of the fusion's module names, by branch of `ReferenceShape`."""
-
 
 @dataclass(frozen=True, slots=True)
 class LiteShape:
@@ -166,7 +163,7 @@ class ReferenceShape:
 
     def branch(self, modality: str, output_stride: int | None = None) -> tuple[Layer, ...]:
         """Return the layers of a branch of the fusion; the output stride is 8, 16 or 32."""
-        return self.network(f"{modality}.", BRANCH_PREFIXES[modality], output_stride)
+        return self.network(f"{modality}.", {"rgb": "rgb.", "depth": "dth."}[modality], output_stride)
 
     def network(self, name: str, modules: str, output_stride: int | None = None) -> tuple[Layer, ...]:
         """Return the layers `<name>input` → `<name>logits`, with `modules` as the prefix of the modules' names.

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sunset.perception import Modality, Model
-from sunset_lab import LiteShape, TrainingConfig
+from sunset_lab import TrainingConfig
+from sunset_lab.shapes import LiteShape
 
 pytestmark = pytest.mark.thorough
 

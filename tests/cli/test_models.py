@@ -18,8 +18,8 @@ import sunset
 from sunset.cli import main
 from sunset.data import Frame, read_bag, write_bag
 from sunset.perception import load_model
-from sunset_lab import ReferenceShape
 from sunset_lab.curves_text import as_json
+from sunset_lab.shapes import ReferenceShape
 
 ARGUMENTS: dict[str, tuple[Sequence[str], str]] = {
     "curves of an unknown model": (["curves", "huge"], "huge"),

@@ -3,7 +3,8 @@ import pytest
 from tests.cli.conftest import complaint
 from tests.conftest import flight
 
-from sunset_lab import FrameSet, FrameSets
+from sunset_lab import FrameSet
+from sunset_lab.frames import FrameSets
 
 __all__ = ["complaint", "flight", "sets"]  # the first two are fixtures of other tests, too
 

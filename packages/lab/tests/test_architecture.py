@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sunset.errors import InvalidInputError
-from sunset_lab import MODALITIES, LiteShape, ReferenceShape, TrainingConfig
+from sunset_lab import MODALITIES, TrainingConfig
 from sunset_lab.architecture import (
     Concat,
     Conv,
@@ -15,6 +15,7 @@ from sunset_lab.architecture import (
     convolutions,
     merge,
 )
+from sunset_lab.shapes import LiteShape, ReferenceShape
 
 pytestmark = pytest.mark.thorough
 
@@ -88,8 +89,8 @@ def test_regions_cover_a_result_and_see_what_its_kernel_sees(size: int, dilation
     whole = sum(kernel[tap] * padded[tap * dilation : tap * dilation + size] for tap in range(3))
     layer = Conv("y", "x", (16, 16), "w", dilation=dilation)
     parts = []
-    for region in layer.regions(size):
-        values, taps = source[region.source], kernel[region.taps]
+    for seen, used in layer.regions(size):
+        values, taps = source[seen], kernel[used]
         length = len(values) - dilation * (len(taps) - 1)
         parts.append(sum(tap * values[i * dilation :][:length] for i, tap in enumerate(taps)))
     assert np.allclose(np.concatenate(parts), whole)

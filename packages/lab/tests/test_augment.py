@@ -11,7 +11,10 @@ import numpy.typing as npt
 import pytest
 
 from sunset.errors import InvalidInputError, MissingExtraError
-from sunset_lab import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig
+from sunset_lab import FrameSet, Schedule, TrainingConfig
+from sunset_lab.config import Phase
+from sunset_lab.frames import FrameSets
+from sunset_lab.shapes import LiteShape
 
 pytestmark = pytest.mark.thorough
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sunset.classes import IGNORED
-from sunset_lab import FrameSet, FrameSets
+from sunset_lab import FrameSet
+from sunset_lab.frames import FrameSets
 
 pytestmark = pytest.mark.thorough
 

@@ -3,8 +3,8 @@ from dataclasses import replace
 import pytest
 
 from sunset.errors import InvalidInputError
-from sunset_lab import CONFIGS, MODALITIES, Phase, Schedule, TrainingConfig
-from sunset_lab.config import Stage
+from sunset_lab import CONFIGS, MODALITIES, Schedule, TrainingConfig
+from sunset_lab.config import Phase, Stage
 
 pytestmark = pytest.mark.thorough
 

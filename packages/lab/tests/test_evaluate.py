@@ -4,7 +4,8 @@ import pytest
 from sunset.calibration import roc_auc
 from sunset.metrics import count_classes, image_iou
 from sunset.perception import Modality, Segmenter, load_model
-from sunset_lab import FrameSet, FrameSets
+from sunset_lab import FrameSet
+from sunset_lab.frames import FrameSets
 from sunset_lab.measuring import measure
 
 pytestmark = pytest.mark.thorough

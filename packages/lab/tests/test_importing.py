@@ -9,7 +9,9 @@ import pytest
 
 from sunset.errors import InvalidInputError, ModelError, OutputError
 from sunset.perception import Modality, Segmenter
-from sunset_lab import MODALITIES, FrameSets, ReferenceShape, TrainingConfig
+from sunset_lab import MODALITIES, TrainingConfig
+from sunset_lab.frames import FrameSets
+from sunset_lab.shapes import ReferenceShape
 
 pytestmark = pytest.mark.thorough
 

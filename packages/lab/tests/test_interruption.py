@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from sunset_lab import FrameSet, FrameSets
+from sunset_lab import FrameSet
+from sunset_lab.frames import FrameSets
 
 pytest.importorskip("torch")
 pytest.importorskip("onnx")
@@ -29,7 +30,10 @@ import onnx
 import torch._dynamo
 
 from sunset.cli._main import _interrupt
-from sunset_lab import FrameSet, FrameSets, LiteShape, Phase, Schedule, TrainingConfig, stage
+from sunset_lab import FrameSet, Schedule, TrainingConfig, stage
+from sunset_lab.config import Phase
+from sunset_lab.frames import FrameSets
+from sunset_lab.shapes import LiteShape
 from sunset_lab.run import train_on
 from sunset_lab.stage import Training
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from sunset.perception import Modality, ModelCard
-from sunset_lab import MODALITIES, FrameSets, LiteShape, ReferenceShape, TrainingConfig
+from sunset_lab import MODALITIES, TrainingConfig
+from sunset_lab.frames import FrameSets
+from sunset_lab.shapes import LiteShape, ReferenceShape
 
 pytestmark = pytest.mark.thorough
 

@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
-from sunset_lab import MODALITIES, ReferenceShape, TrainingConfig
+from sunset_lab import MODALITIES, TrainingConfig
 from sunset_lab.architecture import convolutions
+from sunset_lab.shapes import ReferenceShape
 
 pytestmark = pytest.mark.thorough
 

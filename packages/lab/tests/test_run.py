@@ -10,15 +10,10 @@ import pytest
 
 from sunset.errors import DataError, InvalidInputError, OutputError, SunsetError
 from sunset.perception import Modality, Model, Segmenter
-from sunset_lab import (
-    FrameSet,
-    FrameSets,
-    LiteShape,
-    Phase,
-    ReferenceShape,
-    Schedule,
-    TrainingConfig,
-)
+from sunset_lab import FrameSet, Schedule, TrainingConfig
+from sunset_lab.config import Phase
+from sunset_lab.frames import FrameSets
+from sunset_lab.shapes import LiteShape, ReferenceShape
 
 pytestmark = pytest.mark.thorough
 

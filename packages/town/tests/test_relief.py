@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sunset_town.layout import TownPlan, plan_town
-from sunset_town.terrain import make_terrain
+from sunset_town.town import make_terrain
 
 
 @pytest.fixture(scope="module", params=[1, 6])

@@ -36,39 +36,20 @@ cut at so many units. A car is 1.5 m high at a distance of 50 m: it only shows l
 
 
 @dataclass(frozen=True, slots=True)
-class Region:
-    """Rows (or columns) of a source, and the rows of the kernel that see them without padding."""
-
-    source: slice
-    taps: slice
-
-
-@dataclass(frozen=True, slots=True)
 class Conv:
-    """A convolution with optional normalisation, addition, ReLU and, in training, dropout, in this order.
-
-    Attributes:
-        name: names the result.
-        source: the result that is convolved.
-        channels: channels in, channels out.
-        weights: the module of the kernel, and of the bias if there is no normalisation.
-        norm: the module of the batch normalisation; empty without normalisation.
-        kernel: odd; the source is padded with zeros to keep its size.
-        add: a result to add, of the same shape or of a single pixel.
-        dropout: the share of values that training sets to 0.
-    """
+    """A convolution with optional normalisation, addition, ReLU and, in training, dropout, in this order."""
 
     name: str
-    source: str
-    channels: tuple[int, int]
-    weights: str
-    norm: str = ""
-    kernel: int = 3
+    source: str  # the result that is convolved
+    channels: tuple[int, int]  # in, out
+    weights: str  # the module of the kernel, and of the bias if there is no normalisation
+    norm: str = ""  # the module of the batch normalisation; empty without normalisation
+    kernel: int = 3  # odd; the source is padded with zeros to keep its size
     stride: int = 1
     dilation: int = 1
-    add: str = ""
+    add: str = ""  # a result to add, of the same shape or of a single pixel
     relu: bool = True
-    dropout: float = 0.0
+    dropout: float = 0.0  # the share of values that training sets to 0
 
     def taps(self, size: int) -> slice:
         """Return the rows of the kernel that see more than padding in a source of `size` rows; or columns.
@@ -84,18 +65,20 @@ class Conv:
         """Return the rows of zeros that `taps` needs on each side; or columns."""
         return self.dilation * (self.kernel // 2 - int(self.taps(size).start))
 
-    def regions(self, size: int) -> tuple[Region, ...]:
+    def regions(self, size: int) -> tuple[tuple[slice, slice], ...]:
         """Return the regions of a result of `size` rows, each of which sees other rows of a 3x3 kernel; or columns.
 
+        Each is the rows of the source, and the rows of the kernel that see them without padding.
+
         >>> regions = Conv("y", "x", (8, 8), "w", dilation=12).regions(18)
-        >>> [(region.source.start, region.source.stop, region.taps.start, region.taps.stop) for region in regions]
+        >>> [(source.start, source.stop, taps.start, taps.stop) for source, taps in regions]
         [(0, 18, 1, 3), (6, 12, 1, 2), (0, 18, 0, 2)]
         """
         d = self.dilation
         regions = []
         for start, stop in pairwise(sorted({0, d, size - d, size})):
             low, high = int(start >= d), int(stop <= size - d)
-            regions.append(Region(slice(start - low * d, stop + high * d), slice(1 - low, 2 + high)))
+            regions.append((slice(start - low * d, stop + high * d), slice(1 - low, 2 + high)))
         return tuple(regions)
 
     def worth_cutting(self, size: int) -> bool:
@@ -107,36 +90,36 @@ class Conv:
 
 
 @dataclass(frozen=True, slots=True)
-class MaxPool:
+class _Unary:
+    """A layer of one source without weights."""
+
+    name: str
+    source: str
+
+
+class MaxPool(_Unary):
     """The maximum over 3x3 pixels with stride 2."""
 
-    name: str
-    source: str
 
-
-@dataclass(frozen=True, slots=True)
-class Pool:
+class Pool(_Unary):
     """The mean over all pixels, as a single pixel."""
 
-    name: str
-    source: str
+
+class Shuffle(_Unary):
+    """Each group of four channels as 2x2 pixels of one channel."""
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class Spread(_Unary):
     """A single pixel, repeated to the size of another result."""
 
-    name: str
-    source: str
     like: str
 
 
 @dataclass(frozen=True, slots=True)
-class Resize:
+class Resize(_Unary):
     """Bilinear interpolation by a whole factor, with an optional ReLU."""
 
-    name: str
-    source: str
     factor: int
     relu: bool = False
 
@@ -147,14 +130,6 @@ class Concat:
 
     name: str
     sources: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Shuffle:
-    """Each group of four channels as 2x2 pixels of one channel."""
-
-    name: str
-    source: str
 
 
 Layer: TypeAlias = Conv | MaxPool | Pool | Spread | Resize | Concat | Shuffle

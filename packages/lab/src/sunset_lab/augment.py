@@ -20,19 +20,14 @@ _SHIFT_PX: Final = ((2, 20), (0, 6))
 
 @dataclass(frozen=True, slots=True)
 class Draw:
-    """The frames of a batch, and how they are augmented.
+    """The frames of a batch, and how they are augmented."""
 
-    Attributes:
-        frames: (N,) int64, indices.
-        transforms: (N, 2, 3) float32, from a place in the picture to the place in the frame that it shows, as torch's
-            `affine_grid` takes it: the corners of both are (-1, -1) and (1, 1).
-        gains: (N,) float32, factors of the colours.
-        phase: the first row and column of the pixels, every second, on which the loss is computed.
-    """
-
-    frames: npt.NDArray[np.int64]
+    frames: npt.NDArray[np.int64]  # indices (N,)
+    # (N, 2, 3), from a place in the picture to the place in the frame that it shows, as torch's
+    # `affine_grid` takes it: the corners of both are (-1, -1) and (1, 1).
     transforms: npt.NDArray[np.float32]
-    gains: npt.NDArray[np.float32]
+    gains: npt.NDArray[np.float32]  # factors of the colours (N,)
+    # The first row and column of the pixels, every second, on which the loss is computed.
     phase: tuple[int, int]
 
 

@@ -106,14 +106,8 @@ def calibrate(
 ) -> Model:
     """Give a model temperatures, thresholds, measured results, and a card with them, in its own folder.
 
-    All networks get the mean entropy that the main network has without a temperature.
-
-    Args:
-        model: only its networks are used.
-        frames: consecutive, of the model's size, at least five.
-        source: the origin of the frames, for the card.
-        stages: called with a title, frames done and frames in all.
-        **options: of `over_frames`.
+    All networks get the mean entropy that the main network has without a temperature. The frames, at least five of the
+    model's size, are consecutive, and the card names `source` as their origin.
     """
     size, given = (model.card.height, model.card.width), frames.bgr.shape[1:3]
     if given != size or len(frames) < SAMPLES:

@@ -16,53 +16,36 @@ MODALITIES: Final = ("rgb", "depth", "fusion")
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """Consecutive steps with the same settings.
+    """Consecutive steps with the same settings."""
 
-    Attributes:
-        steps: optimiser steps.
-        batch: frames a step.
-        output_stride: of the branches' logits; None for the networks' own. The weights run several times faster at a
-            coarser stride.
-        momentum: of batch normalisation's running statistics.
-        learning_rate: the greatest, from which it falls again; None to continue.
-    """
-
-    steps: int
-    batch: int
+    steps: int  # optimiser steps
+    batch: int  # frames a step
+    # Of the branches' logits; None for the networks' own. Weights run several times faster at a coarser stride.
     output_stride: int | None = None
-    momentum: float = 0.1
-    learning_rate: float | None = None
+    momentum: float = 0.1  # of batch normalisation's running statistics
+    learning_rate: float | None = None  # the greatest, from which it falls again; None to continue
 
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """How weights are learned.
+    """How weights are learned."""
 
-    Attributes:
-        phases: in order.
-        learning_rate: the greatest, of AdamW; falls to 0 along a cosine, until a phase has its own.
-        weight_decay: of AdamW.
-        warm_up: steps during which the learning rate rises, whenever it begins to fall.
-        class_weight_range: least and greatest weight of a class; the inverse square root of the class's share of
-            pixels, so that small classes count, but are not predicted everywhere.
-        misaligned_weight: of the fusion's loss on misaligned pairs of pictures; the merging layers learn to be unsure
-            where colour and depth contradict each other.
-        misaligned_smoothing: share of a target there that is spread over all classes, in [0, 1].
-        distinct: steps after which the batches repeat, so that the frozen branches' logits are kept; None for never.
-        log_every: steps between lines of the log.
-        validate_every: steps between lines of the log with the IoU on held-out frames.
-    """
-
-    phases: tuple[Phase, ...] = (Phase(steps=4200, batch=16),)
+    phases: tuple[Phase, ...] = (Phase(steps=4200, batch=16),)  # in order
+    # The greatest, of AdamW; falls to 0 along a cosine, until a phase has its own.
     learning_rate: float = 2e-3
-    weight_decay: float = 0.01
-    warm_up: int = 100
+    weight_decay: float = 0.01  # of AdamW
+    warm_up: int = 100  # steps during which the learning rate rises, whenever it begins to fall
+    # Least and greatest weight of a class; the inverse square root of the class's share of pixels,
+    # so that small classes count, but are not predicted everywhere.
     class_weight_range: tuple[float, float] = (0.5, 3.0)
+    # Of the fusion's loss on misaligned pairs of pictures; the merging layers learn to be unsure where
+    # colour and depth contradict each other.
     misaligned_weight: float = 0.4
-    misaligned_smoothing: float = 0.3
+    misaligned_smoothing: float = 0.3  # share of a target there that is spread over all classes, in [0, 1]
+    # Steps after which the batches repeat, so that the frozen branches' logits are kept; None for never.
     distinct: int | None = None
-    log_every: int = 20
-    validate_every: int = 400
+    log_every: int = 20  # steps between lines of the log
+    validate_every: int = 400  # steps between lines of the log with the IoU on held-out frames
 
     @property
     def steps(self) -> int:
@@ -107,47 +90,29 @@ class Schedule:
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """Networks that are learned together.
+    """Networks that are learned together."""
 
-    Attributes:
-        name: of the folder with its checkpoint and log.
-        learned: the networks with a loss: "rgb", "depth", "fusion".
-        schedule: how they are learned.
-        frozen: branches learned before, which only run.
-        begun_with: the branch learned before, whose weights are the start; None for random weights.
-    """
-
-    name: str
-    learned: tuple[str, ...]
+    name: str  # of the folder with its checkpoint and log
+    learned: tuple[str, ...]  # the networks with a loss: "rgb", "depth", "fusion"
     schedule: Schedule
-    frozen: tuple[str, ...] = ()
-    begun_with: str | None = None
+    frozen: tuple[str, ...] = ()  # branches learned before, which only run
+    begun_with: str | None = None  # the branch whose weights are the start; None for random weights
 
 
 @dataclass(frozen=True, slots=True)
 class TrainingConfig:
-    """A training.
+    """A training."""
 
-    Attributes:
-        name: the model's.
-        modalities: the networks: "rgb", "depth" and, with both, "fusion".
-        seed: of all random numbers.
-        shape: the networks' architecture.
-        schedule: how weights are learned.
-        merging: how the late fusion is learned on finished branches; None to learn all networks together.
-        further: how a trained model is trained further, all networks together; None for `schedule`.
-        logit_adjustment: share of the logarithm of the class weights that is subtracted from the final logits (Menon et
-            al., Long-tail learning via logit adjustment, ICLR 2021). A loss weighted by w adds log w to the logits, so
-            a rare class would be predicted too often.
-    """
-
-    name: str = "lite"
-    modalities: tuple[str, ...] = MODALITIES
-    seed: int = 1
+    name: str = "lite"  # the model's
+    modalities: tuple[str, ...] = MODALITIES  # the networks: "rgb", "depth" and, with both, "fusion"
+    seed: int = 1  # of all random numbers
     shape: LiteShape | ReferenceShape = field(default_factory=LiteShape)
     schedule: Schedule = field(default_factory=Schedule)
-    merging: Schedule | None = None
-    further: Schedule | None = None
+    merging: Schedule | None = None  # of the late fusion on finished branches; None to learn all together
+    further: Schedule | None = None  # of all networks of a trained model together; None for `schedule`
+    # Share of the logarithm of the class weights that is subtracted from the final logits (Menon et al.,
+    # Long-tail learning via logit adjustment, ICLR 2021). A loss weighted by w adds log w to the logits, so a
+    # rare class would be predicted too often.
     logit_adjustment: float = 0.4
 
     def __post_init__(self) -> None:

@@ -44,44 +44,28 @@ CURED: Final = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """The measurements in one condition. A window is five consecutive frames.
+    """The measurements in one condition. A window is five consecutive frames."""
 
-    Attributes:
-        iou: mean over frames of the image's mean IoU over the classes in it.
-        entropy: mean over frames.
-        auc: chance that a window's mean entropy exceeds the entropy of a window without a fault.
-        over: share of windows over the model's threshold.
-        sharpness: of the camera's image, mean over frames.
-        sharpness_auc: chance that a window's mean sharpness is below the sharpness of a window without a fault.
-        under: share of windows under the model's threshold.
-    """
-
-    iou: float
-    entropy: float
-    auc: float
-    over: float
-    sharpness: float
+    iou: float  # mean over frames of the image's mean IoU over the classes in it
+    entropy: float  # mean over frames
+    auc: float  # chance that a window's mean entropy exceeds the entropy of a window without a fault
+    over: float  # share of windows over the model's threshold
+    sharpness: float  # of the camera's image, mean over frames
+    # Chance that a window's mean sharpness is below the sharpness of a window without a fault.
     sharpness_auc: float
-    under: float
+    under: float  # share of windows under the model's threshold
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A fault at a strength, or several faults at once, before and after the cure.
+    """A fault at a strength, or several faults at once, before and after the cure."""
 
-    Attributes:
-        strengths: by fault.
-        suite: whether these are the strengths of the suites.
-        before: with the faults.
-        after: after the cheapest cure; None where the model lacks its network, and for several faults.
-        goal: the IoU without a fault of the network that segments after the cure.
-    """
-
-    strengths: Mapping[str, float]
-    suite: bool
-    before: Figures
+    strengths: Mapping[str, float]  # by fault
+    suite: bool  # whether these are the strengths of the suites
+    before: Figures  # with the faults
+    # After the cheapest cure; None where the model lacks its network, and for several faults.
     after: Figures | None
-    goal: float
+    goal: float  # the IoU without a fault of the network that segments after the cure
 
     @property
     def name(self) -> str:
@@ -109,25 +93,15 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Curves:
-    """The results of `measure_curves`.
+    """The results of `measure_curves`."""
 
-    Attributes:
-        model: its name and version.
-        frames: their number.
-        entropy_threshold: the model's.
-        sharpness_threshold: the model's.
-        nominal: without a fault, by network; runs begin with the first.
-        points: single faults by strength.
-        pairs: two faults at once at suite strength.
-    """
-
-    model: tuple[str, str]
-    frames: int
+    model: tuple[str, str]  # its name and version
+    frames: int  # their number
     entropy_threshold: float
     sharpness_threshold: float
-    nominal: Mapping[Modality, Figures]
-    points: tuple[Case, ...]
-    pairs: tuple[Case, ...]
+    nominal: Mapping[Modality, Figures]  # without a fault, by network; runs begin with the first
+    points: tuple[Case, ...]  # single faults by strength
+    pairs: tuple[Case, ...]  # two faults at once at suite strength
 
     @property
     def main(self) -> Figures:

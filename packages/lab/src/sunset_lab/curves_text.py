@@ -135,9 +135,7 @@ def _strengths(curves: Curves, fault: str) -> tuple[float | None, ...]:
 def strength_at(points: Sequence[tuple[float, float]], loss: float) -> float | None:
     """Return the least strength with a loss, interpolated between two points; None if no strength has it.
 
-    Args:
-        points: (strength, loss), in the order of the strengths.
-        loss: a share of the healthy IoU.
+    Points are (strength, loss), in the order of the strengths, and losses are shares of the healthy IoU.
 
     >>> strength_at([(0.0, 0.0), (1.0, 0.2), (2.0, 0.4)], 0.3), strength_at([(0.0, 0.0), (1.0, 0.2)], 0.3)
     (1.5, None)

@@ -56,17 +56,11 @@ Images: TypeAlias = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDA
 
 @dataclass(frozen=True)
 class FrameSet:
-    """Frames in arrays, in memory or mapped from files.
+    """Frames in arrays, in memory or mapped from files."""
 
-    Attributes:
-        bgr: (N, H, W, 3) uint8.
-        depth: (N, H, W) uint16.
-        labels: (N, H, W) uint8, class indices, or `IGNORED`.
-    """
-
-    bgr: npt.NDArray[np.uint8]
-    depth: npt.NDArray[np.uint16]
-    labels: npt.NDArray[np.uint8]
+    bgr: npt.NDArray[np.uint8]  # (N, H, W, 3)
+    depth: npt.NDArray[np.uint16]  # (N, H, W)
+    labels: npt.NDArray[np.uint8]  # (N, H, W), class indices, or `IGNORED`
 
     def __len__(self) -> int:
         return len(self.bgr)

@@ -51,13 +51,9 @@ def over_frames(
 ) -> Arrays:
     """Return the arrays that a function returns for each frame, stacked over the frames.
 
-    Args:
-        look: a function of a module, called with a segmenter, the frame's number, its `Images`, and the arguments.
-        arguments: distinguished by their `repr`.
-        model: its networks are run by the segmenter.
-        frames: a set, or a bag, whose frames are resampled to the model's size.
-        chosen: the numbers of the frames; all of a set if None.
-        **options: see `LookOptions`.
+    The function is one of a module, and is called with a segmenter of the model, the frame's number, its `Images`, and
+    the arguments, which are distinguished by their `repr`. Frames of a bag are resampled to the model's size, and
+    `chosen` are their numbers; None chooses all of a set.
     """
     device, kept = options.get("device", "cpu"), options.get("kept")
     bag = frames if isinstance(frames, Path) else None

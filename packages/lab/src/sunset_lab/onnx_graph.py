@@ -32,16 +32,12 @@ _COUNTS: Final = 65535
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """The frames that an exported network takes, and the precision of its numbers.
+    """The frames that an exported network takes, and the precision of its numbers."""
 
-    Attributes:
-        size: height and width of the frames; multiples of 8, and of 16 unless depth is as published.
-        published_depth: depth enters as in SynDrone's benchmark, not as logarithm and contrasts.
-        ranges: of the results in 8 bits; a convolution is computed in 8 bits if its source has a range.
-    """
-
+    # Height and width of the frames; multiples of 8, and of 16 unless depth is as published.
     size: tuple[int, int] = (HEIGHT, WIDTH)
-    published_depth: bool = False
+    published_depth: bool = False  # as in SynDrone's benchmark, not as logarithm and contrasts
+    # Of the results in 8 bits; a convolution is computed in 8 bits if its source has a range.
     ranges: Ranges | None = None
 
 

@@ -242,16 +242,16 @@ class Graph:
         """Add a convolution in 8 bits as a convolution for each region, along rows (0) or columns (1)."""
         regions = layer.regions(self.sizes[layer.source][axis])
         parts = [f"{layer.name}.region{index}" for index in range(len(regions))]
-        for part, region in zip(parts, regions, strict=True):
+        for part, (rows, kept) in zip(parts, regions, strict=True):
             self._ranges[part] = self._ranges[layer.name]
             self._ranges[f"{part}.source"] = self._ranges[layer.source]
-            bounds = self._bounds(f"{part}.source", region.source, axis)
+            bounds = self._bounds(f"{part}.source", rows, axis)
             self._result("Slice", [layer.source, *bounds], f"{part}.source")
-            bounds = self._bounds(f"{part}.kernel", region.taps, axis)
+            bounds = self._bounds(f"{part}.kernel", kept, axis)
             self.node("Slice", [f"{layer.name}.kernel.8bit", *bounds], f"{part}.kernel.8bit")
             self.node("DequantizeLinear", [f"{part}.kernel.8bit", *grid], f"{part}.kernel", axis=0)
             own, around = list(taps), list(pads)
-            own[axis], around[axis] = region.taps.stop - region.taps.start, 0
+            own[axis], around[axis] = kept.stop - kept.start, 0
             self._convolve(layer, part, f"{part}.source", own, around)
         self._result("Concat", parts, layer.name, axis=_ROWS + axis)
 

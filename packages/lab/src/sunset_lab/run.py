@@ -168,12 +168,6 @@ def _finished(training: Training, modules: nn.Module, sets: FrameSets) -> Path:
     return draft
 
 
-def _empty_folder(folder: Path) -> Path:
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    return folder
-
-
 def _export(
     config: TrainingConfig, modules: nn.Module, sets: FrameSets, draft: Path, measured: _Measure
 ) -> dict[str, object]:
@@ -196,7 +190,8 @@ def _export(
     }
     ious: dict[str, dict[str, float]] = {modality.key: {} for modality in networks}
     for precision, form in (("float32", Format()), ("int8", Format(ranges=limits))):
-        export(_empty_folder(draft), networks, form, card)
+        shutil.rmtree(draft, ignore_errors=True)
+        export(draft, networks, form, card)
         model = load_model(draft)
         found = _iou_per_image(model, measured(f"Measuring {precision}", model, sets.validation))
         for key, iou in found.items():

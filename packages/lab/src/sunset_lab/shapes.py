@@ -16,9 +16,6 @@ _CLASSES: Final = len(CLASSES)
 _STRIDES: Final = (8, 16, 32)
 _EXPANSION: Final = 4
 
-BRANCH_PREFIXES: Final = {"rgb": "rgb.", "depth": "dth."}
-"""The prefixes of the fusion's module names, by branch of `ReferenceShape`."""
-
 
 @dataclass(frozen=True, slots=True)
 class LiteShape:
@@ -31,15 +28,6 @@ class LiteShape:
     pixels four sets of logits, for stride 2 (Shi et al., "Real-Time Single Image and Video Super-Resolution Using an
     Efficient Sub-Pixel Convolutional Neural Network", 2016). Late fusion concatenates the logits of both branches and
     merges them by three 1x1 convolutions.
-
-    Attributes:
-        stem: channels at stride 2.
-        widths: channels at strides 4, 8 and 16.
-        blocks: residual blocks at strides 4, 8 and 16.
-        pyramid: channels of each branch of the pyramid pooling.
-        rates: dilations of the pyramid's 3x3 convolutions.
-        skips: channels taken from strides 4 and 8 into the decoder.
-        decoder: channels of the decoder.
     """
 
     name: ClassVar = "lite"
@@ -53,13 +41,13 @@ class LiteShape:
     stride: ClassVar = 2
     """Pixels of the frame for each logit, in both directions."""
 
-    stem: int = 24
-    widths: tuple[int, int, int] = (48, 96, 160)
-    blocks: tuple[int, int, int] = (1, 2, 2)
-    pyramid: int = 64
-    rates: tuple[int, ...] = (2, 4, 6)
-    skips: tuple[int, int] = (24, 32)
-    decoder: int = 48
+    stem: int = 24  # channels at stride 2
+    widths: tuple[int, int, int] = (48, 96, 160)  # channels at strides 4, 8 and 16
+    blocks: tuple[int, int, int] = (1, 2, 2)  # residual blocks at strides 4, 8 and 16
+    pyramid: int = 64  # channels of each branch of the pyramid pooling
+    rates: tuple[int, ...] = (2, 4, 6)  # dilations of the pyramid's 3x3 convolutions
+    skips: tuple[int, int] = (24, 32)  # channels taken from strides 4 and 8 into the decoder
+    decoder: int = 48  # channels of the decoder
 
     def branch(self, modality: str, output_stride: int | None = None) -> tuple[Layer, ...]:
         """Return the layers of a branch: `<modality>.input` (3 channels) → `<modality>.logits` at stride 2.
@@ -157,12 +145,6 @@ class ReferenceShape:
     24 and 36 and global pooling, and a classifier (Chen et al., 2017). Modules have the names of torchvision's
     `deeplabv3_resnet50` without auxiliary classifier; in the fusion, the names of SynDrone's benchmark: `rgb.*`,
     `dth.*` and `merge.*`, the last over the logits interpolated to full size.
-
-    Attributes:
-        width: channels of the stem and of the first stage's inner convolutions; each stage doubles it.
-        blocks: residual blocks of each stage.
-        pyramid: channels of each branch of the pyramid pooling, and of the classifier.
-        rates: dilations of the pyramid's 3x3 convolutions at stride 8.
     """
 
     name: ClassVar = "deeplabv3_resnet50"
@@ -174,14 +156,14 @@ class ReferenceShape:
     stride: ClassVar = 8
     """Pixels of the frame for each logit of a branch, in both directions."""
 
-    width: int = 64
-    blocks: tuple[int, int, int, int] = (3, 4, 6, 3)
-    pyramid: int = 256
-    rates: tuple[int, int, int] = (12, 24, 36)
+    width: int = 64  # channels of the stem and of the first stage's inner convolutions; each stage doubles it
+    blocks: tuple[int, int, int, int] = (3, 4, 6, 3)  # residual blocks of each stage
+    pyramid: int = 256  # channels of each branch of the pyramid pooling, and of the classifier
+    rates: tuple[int, int, int] = (12, 24, 36)  # dilations of the pyramid's 3x3 convolutions at stride 8
 
     def branch(self, modality: str, output_stride: int | None = None) -> tuple[Layer, ...]:
         """Return the layers of a branch of the fusion; the output stride is 8, 16 or 32."""
-        return self.network(f"{modality}.", BRANCH_PREFIXES[modality], output_stride)
+        return self.network(f"{modality}.", {"rgb": "rgb.", "depth": "dth."}[modality], output_stride)
 
     def network(self, name: str, modules: str, output_stride: int | None = None) -> tuple[Layer, ...]:
         """Return the layers `<name>input` → `<name>logits`, with `modules` as the prefix of the modules' names.

@@ -48,26 +48,17 @@ Progress = Callable[..., None]
 
 @dataclass(frozen=True, slots=True)
 class Training:
-    """A training and how it is run.
-
-    Attributes:
-        work: the folder of frames, checkpoints and logs.
-        start: a model to train further; None for random weights.
-        resume: whether to continue at the last checkpoint in the work folder, which must hold none otherwise.
-        jobs: processes that render and measure.
-        device: where networks learn: "cpu", "cuda", or "auto" for "cuda" where torch offers it.
-        compiled: whether torch compiles the networks.
-        progress: called now and then; its exceptions end the training in order, so that it can be resumed.
-    """
+    """A training and how it is run."""
 
     config: TrainingConfig
-    work: Path
-    start: Model | None = None
+    work: Path  # the folder of frames, checkpoints and logs
+    start: Model | None = None  # to train further; None for random weights
+    # Whether to continue at the last checkpoint in the work folder, which must hold none otherwise.
     resume: bool = False
-    jobs: int = 1
-    device: str = "cpu"
-    compiled: bool = False
-    progress: Progress | None = None
+    jobs: int = 1  # processes that render and measure
+    device: str = "cpu"  # where networks learn: "cpu", "cuda", or "auto" for "cuda" where torch offers it
+    compiled: bool = False  # whether torch compiles the networks
+    progress: Progress | None = None  # its exceptions end the training in order, so that it can be resumed
 
     @property
     def origin(self) -> str:
@@ -77,20 +68,13 @@ class Training:
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """The frames and weights that the stages of a training share, on torch's `device`.
-
-    Attributes:
-        digest: the checksum of the frames.
-        labels: of some frames, for the weights of classes.
-        validation: the frames of the log's IoU.
-        begun: the weights that the training starts from; empty for random weights.
-    """
+    """The frames and weights that the stages of a training share, on torch's `device`."""
 
     frames: DeviceFrames
-    digest: str
-    labels: npt.NDArray[np.uint8]
-    validation: DeviceFrames
-    begun: Weights
+    digest: str  # the checksum of the frames
+    labels: npt.NDArray[np.uint8]  # of some frames, for the weights of classes
+    validation: DeviceFrames  # the frames of the log's IoU
+    begun: Weights  # the weights that the training starts from; empty for random weights
     device: torch.device
 
 

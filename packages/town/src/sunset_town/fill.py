@@ -12,7 +12,6 @@ from sunset_town.ground import Surface
 from sunset_town.layout import PAVEMENT_M, Block, BlockKind, Street
 from sunset_town.paving import NARROW_M, parking_stalls
 from sunset_town.relief import CROWN_M
-from sunset_town.terrain import rail_spans
 from sunset_town.things import TREES
 
 
@@ -277,7 +276,7 @@ def furnish_streets(builder: Builder) -> None:
 def furnish_railway(builder: Builder) -> None:
     """Girders and rails on both edges of the railway's bridges."""
     relief = builder.plan.relief
-    for start, end in rail_spans(builder.plan):
+    for start, end in relief.rail_spans:
         for side in (-1, 1):
             u = relief.rail + side * (CROWN_M - 0.2)
             ends = (u, start), (u, end)

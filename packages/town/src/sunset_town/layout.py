@@ -30,7 +30,6 @@ PAVEMENT_M: Final = 3.2
 AVENUE_M: Final = 12.0
 """A carriageway wider than this has four lanes."""
 
-
 QUIET: Final = 0.62
 """Share of the side streets that are closed here and there."""
 CLOSED: Final = 0.45

@@ -15,27 +15,13 @@ Colour = tuple[float, float, float]
 WHITE: Final[Colour] = (1.0, 1.0, 1.0)
 
 
-class Material(IntEnum):
-    """The material of a surface, which decides its texture and gloss."""
-
-    PLAIN = 0
-    FACADE = 1
-    GLASS_FACADE = 2
-    ROOF = 3
-    TILES = 4
-    FOLIAGE = 5
-    PAINT = 6
-    BRICK = 7
-    RIBBON = 8
-    BRICK_FACADE = 9
-    TIMBER = 10
-    SHOP = 11
-    GRAVEL = 12
-    METAL = 13
-    PLANTED = 14
-    SOLAR = 15
-    NEEDLES = 16
-    GLASS = 17
+Material = IntEnum(
+    "Material",
+    "PLAIN FACADE GLASS_FACADE ROOF TILES FOLIAGE PAINT BRICK RIBBON BRICK_FACADE "
+    "TIMBER SHOP GRAVEL METAL PLANTED SOLAR NEEDLES GLASS",
+    start=0,
+)
+"""The material of a surface, which decides its texture and gloss."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +33,8 @@ class Mesh:
     labels: Ids  # CARLA ids (T,)
     materials: Ids  # values of `Material` (T,)
     tinted: Flags  # whether the colour is multiplied by the placed copy's tint (T,)
-    anchors: (
-        Reals  # the point (T, 3) in metres that textures start from: a building's origin, a crown's centre
-    )
+    # The points (T, 3) in metres that textures start from: a building's origin, a crown's centre.
+    anchors: Reals
 
     def __len__(self) -> int:
         return len(self.triangles)

@@ -76,6 +76,14 @@ class Relief:
         """Return the distance (...) of grid points (..., 2) from the river's water, negative in it."""
         return np.abs(uv[..., 1] - self.river_v(uv[..., 0])) - self.river_width / 2
 
+    @property
+    def rail_spans(self) -> list[Pair]:
+        """The ends along v of every railway bridge, in metres."""
+        half = self.river_width / 2 + BANK_M + self.river_bend[0] + 1
+        spans = [(at - wide - 1, at + wide + 1) for at, wide in self.underpasses]
+        middle = float(self.river_v(self.rail))
+        return [*spans, (middle - half, middle + half)]
+
     def ground(self, uv: npt.ArrayLike) -> Points:
         """Return the height (...) of the ground, or the water on it, at grid points (..., 2)."""
         grid = np.asarray(uv, dtype=np.float64)

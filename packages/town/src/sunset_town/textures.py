@@ -147,9 +147,6 @@ def _mottle_green(surfaces: Ids, points: Reals, colours: Reals) -> None:
     colours[green] = base + (_WORN - base) * worn[:, None]
 
 
-Drawing = Callable[["Surfaces", Indices], None]
-
-
 @dataclass(frozen=True, slots=True)
 class Surfaces:
     """The points that N rays met on solid things."""
@@ -354,7 +351,7 @@ def _muted(leaves: Reals) -> Reals:
     return grey + (leaves - grey) * F(0.72)
 
 
-_DRAWN: Final[Mapping[Material, Drawing]] = {
+_DRAWN: Final[Mapping[Material, Callable[[Surfaces, Indices], None]]] = {
     Material.BRICK: _draw_bricks,
     Material.BRICK_FACADE: _draw_bricks,
     Material.ROOF: _draw_stains,

@@ -52,9 +52,8 @@ class Hops:
 
     axes: Indices  # of movement: 0 along u, 1 along v (N,); each moves while its axis has green
     across: Points  # the fixed grid coordinate in metres (N,)
-    stops: (
-        Points  # positions of the stops along the axis, in order; after the last comes the first again (N, K)
-    )
+    # Positions of the stops along the axis, in order; after the last comes the first again (N, K).
+    stops: Points
     counts: Indices  # number of used stops (N,)
     first: Indices  # index of the stop at time 0 (N,)
     signs: Indices  # of the heading along the axis, 0 for movers that turn round (N,)

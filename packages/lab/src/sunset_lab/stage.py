@@ -245,7 +245,7 @@ class StageRun:
                 frozen = self._run_frozen(self._stage.frozen, batch.bgr, batch.depth)
                 results = self._logits(forward, batch, stride, frozen)
             for name, values in ious.items():
-                labels = _full_size(results[f"{name}.logits"]).argmax(1).cpu().numpy()
+                labels = _full_size(results[f"{name}.logits"]).argmax(1).to(torch.uint8).cpu().numpy()
                 values.extend(image_iou(count_classes(*pair)) for pair in zip(labels, truth, strict=True))
         return {name: round(float(np.mean(values)), 4) for name, values in ious.items()}
 

@@ -76,7 +76,7 @@ def run(
     with extended(extensions), tempfile.TemporaryDirectory(prefix="sunset-") as temporary:
         spec = run_spec_of(scenario, manager, seed, options)
         folder = Path(temporary, "run") if out is None else as_path(out, "folder of the record")
-        stored = experiments.run(spec, folder, log=log, preparing=options.get("preparing"))
+        stored = experiments.run(spec, folder, log=bool(log), preparing=options.get("preparing"))
         return Run.of(stored, extensions=extensions, is_kept=out is not None)
 
 

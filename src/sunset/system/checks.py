@@ -1,6 +1,7 @@
 """Checks that the parts of a managed system fit each other; each mistake is an `ExtensionError` of one sentence."""
 
 from collections.abc import Iterable, Mapping
+from itertools import chain
 from math import inf
 from typing import Final, TypeVar
 
@@ -216,6 +217,9 @@ def _check_suites(system: System) -> None:
     for suite, scenarios in system.suites.items():
         if not scenarios:
             raise ExtensionError(f"The suite {suite} has no scenario.")
+        if not isinstance(scenarios, str):  # a text is checked when it is read, which takes a while
+            for text in chain(*scenarios):
+                _known("fault", text.partition("=")[0], system.faults, f"The suite {suite}")
 
 
 def _check_parameter(adaptation: Adaptation, node_class: type) -> None:

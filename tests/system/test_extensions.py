@@ -362,7 +362,6 @@ def test_a_wrong_scenario_in_the_text_of_a_suite_is_refused_with_its_line(
 @pytest.mark.parametrize(
     ("faults", "sentence"),
     [
-        ((("gpu_failur",),), "is not usable: There is no fault 'gpu_failur': did you mean 'gpu_failure'"),
         (
             (("gpu_failure",), ("gpu_failure",)),
             "has the scenario mine/gpu_failure twice; name each once",
@@ -384,6 +383,16 @@ def test_a_wrong_scenario_of_a_suite_is_refused(
     (file := tmp_path / "mine.py").write_text(f"{HEAD}EXTENSION = Extension(suites={{'mine': {faults!r}}})\n")
     with extended_system([file]), pytest.raises(ScenarioError, match=f"^The suite mine {sentence}"):
         load_suite("mine")
+
+
+def test_a_suite_with_an_unknown_fault_is_refused_when_it_is_loaded(tmp_path: Path) -> None:
+    (file := tmp_path / "mine.py").write_text(
+        f"{HEAD}EXTENSION = Extension(suites={{'mine': (('gpu_failur',),)}})\n"
+    )
+    with pytest.raises(
+        ExtensionError, match="The suite mine refers to the fault 'gpu_failur', which is not there"
+    ):
+        load_extension(file)
 
 
 def test_a_file_that_is_not_there_and_a_name_that_is_not_installed_are_refused(tmp_path: Path) -> None:

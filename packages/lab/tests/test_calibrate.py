@@ -111,7 +111,7 @@ def test_a_copy_has_one_entropy_for_all_networks_and_thresholds_that_part(
 
 def test_a_model_of_ones_own_is_changed_in_its_place(small: Path, frames: FrameSet) -> None:
     (small / "notes.txt").write_text("mine", encoding="utf-8")
-    files = sorted(contents(small))
+    files = sorted({*contents(small), "card.md"})
     model = load_model(small)
 
     calibrated = calibrate_model(model, frames, jobs=1)

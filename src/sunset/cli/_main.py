@@ -12,6 +12,7 @@ from typing import Final, NoReturn
 
 from sunset.cli.parser import EXIT_BAD_INPUT, VERBS, Verb, make_parser, split_extensions
 from sunset.errors import complaint
+from sunset.processes.forking import fill_standard_streams
 
 EXIT_INTERRUPTED: Final = 130
 _SIGNALLED: Final = 128
@@ -33,6 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         failed in each of its runs (`bench`), or `train --minutes` stopped before its end, 2 bad input (a sentence on
         stderr says why), 130 interrupted, 143 ended by SIGTERM.
     """
+    fill_standard_streams()
     sys.stdout = sys.stdout or os.fdopen(1, "w", encoding="utf-8")
     sys.stderr = sys.stderr or os.fdopen(2, "w", encoding="utf-8")
     arguments = sys.argv[1:] if arguments is None else arguments

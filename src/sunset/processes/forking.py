@@ -34,6 +34,13 @@ def adopt_orphans() -> None:
         ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
 
 
+def fill_standard_streams() -> None:
+    """Open closed standard streams, so that other files do not take their descriptors."""
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:  # noqa: PLR2004  stderr's
+        os.set_inheritable(descriptor, True)
+    os.close(descriptor)
+
+
 def fork(child: list[int]) -> int:
     """Fork this process; handlers of signals that come meanwhile run afterwards, and only here.
 

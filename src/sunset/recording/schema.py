@@ -6,7 +6,7 @@ The version of a schema changes when an older reader would misread a newer file.
 import math
 import reprlib
 from collections.abc import Mapping
-from dataclasses import astuple
+from dataclasses import MISSING, astuple, fields
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -160,8 +160,15 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         return {"entropy_threshold": self.entropy_threshold, "sharpness_threshold": self.sharpness_threshold}
 
 
+_OPTIONAL: Final = {field.name for field in fields(RunMetrics) if field.default is not MISSING}
+"""Figures that older records lack."""
 _Figures = msgspec.defstruct(
-    "_Figures", [(name, fields_of(RunMetrics)[name] | None) for name in RunMetrics.names()], kw_only=True
+    "_Figures",
+    [
+        (name, fields_of(RunMetrics)[name] | None, *((None,) if name in _OPTIONAL else ()))
+        for name in RunMetrics.names()
+    ],
+    kw_only=True,
 )
 
 

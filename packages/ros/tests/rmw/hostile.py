@@ -37,7 +37,6 @@ WORDS = (
     ),
 )
 ENCODINGS = {"bgr8": 3, "16UC1": 2, "8UC1": 1}
-TYPE_NAME = 32  # where struct ddsi_sertype has its type_name
 HUGE = 10_000
 """Characters or pixels of what is huge, which one in a hundred is."""
 

@@ -1,5 +1,6 @@
 """The managing system and the nodes of an experiment: their parameters, and the errors that they cause."""
 
+import contextlib
 import traceback
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
@@ -108,7 +109,7 @@ def node_error(
     Code of an extension, a class or the effect of a fault, runs in a managed node.
     """
     cause = error.origin if isinstance(error, CallbackError) else error
-    if isinstance(cause, ExtensionError):  # a node could not be started, perhaps in a redeploy
+    if cause is not error and isinstance(cause, ExtensionError):  # a redeployed node could not be started
         return cause
     frames = traceback.extract_tb(cause.__traceback__)
     place = _foreign_place([(frame.filename, frame.lineno or 0, frame.name) for frame in frames])
@@ -124,7 +125,11 @@ def node_error(
 
 def _foreign_place(frames: Sequence[tuple[str, int, str]]) -> str:
     """Return the last line that ran of the first file outside SUNSET, as text; the frames are outermost first."""
-    foreign = [frame for frame in frames if not {*PACKAGES.values()} & {*Path(frame[0]).parents}]
+    own = {
+        *PACKAGES.values(),
+        Path(contextlib.__file__),
+    }  # an exception that leaves a context of ours passes there
+    foreign = [frame for frame in frames if not own & {Path(frame[0]), *Path(frame[0]).parents}]
     if not foreign:
         return ""
     return line_text(*[frame for frame in foreign if frame[0] == foreign[0][0]][-1])

@@ -264,9 +264,8 @@ class Observer(Tap):
         for name in names:
             if (server, name) in self._system.fault_parameters:
                 self.note(f"{client} {verb} the fault parameter {name} of {server}")
-            elif (
-                name == "use_sim_time" and verb == "sets"
-            ):  # if its clock jumps, a redeployed node need not boot
+            elif name == "use_sim_time" and verb == "sets":
+                # if its clock jumps, a redeployed node need not boot
                 self.note(f"{client} sets {name} of {server}, which belongs to the experiment")
             elif name == "seed" and server.startswith(_OWN_PREFIXES):  # the run's might be derived from it
                 self.note(f"{client} {verb} the {name} of {server}, which belongs to the experiment")

@@ -125,10 +125,8 @@ def node_error(
 
 def _foreign_place(frames: Sequence[tuple[str, int, str]]) -> str:
     """Return the last line that ran of the first file outside SUNSET, as text; the frames are outermost first."""
-    own = {
-        *PACKAGES.values(),
-        Path(contextlib.__file__),
-    }  # an exception that leaves a context of ours passes there
+    # an exception that leaves a context of ours passes through contextlib
+    own = {*PACKAGES.values(), Path(contextlib.__file__)}
     foreign = [frame for frame in frames if not own & {Path(frame[0]), *Path(frame[0]).parents}]
     if not foreign:
         return ""

@@ -211,10 +211,10 @@ class LiveBagPlayer(BagPlayer):
         self._declare("width", 0, "width of the frames in pixels; 0 for the bag's", whole=2**14)
         self._declare("height", 0, "height of the frames in pixels; 0 for the bag's", whole=2**14)
         self._declare("speed", 1.0, "seconds of /clock in a second", least=0.01, most=100.0)
-        self._declare("origin_ns", 0, "system time at which /clock is 0; 0 for the start of this node")
         self._declare(
             "field_of_view", 90.0, "camera's horizontal angle of view in degrees", least=1.0, most=179.0
         )
+        self._declare("origin_ns", 0, "system time at which /clock is 0; 0 for the start of this node")
 
     def _size(self) -> tuple[int, int] | None:
         size = (self._value("height"), self._value("width"))

@@ -17,8 +17,8 @@ from sunset.calibration import (
     suite_strengths,
 )
 from sunset.errors import InvalidInputError
+from sunset.image_messages import array_of_bgr, image_of_bgr, image_of_depth
 from sunset.nodes import Camera, Depth, Fusion, ImageEnhancement
-from sunset.nodes.images import array_of_bgr, image_of_bgr, image_of_depth
 from sunset.perception import Modality, load_model
 from sunset.system import BLUR_SIGMA, current_system
 from sunset.system_interfaces.msg import SensorFusion

@@ -10,7 +10,7 @@ import pytest
 from sunset.data import Frame, write_bag
 from sunset.errors import DataError, ParameterError
 from sunset.harness.bag_player import BagPlayer
-from sunset.nodes.images import array_of_bgr, array_of_depth, array_of_labels, stamp_ns
+from sunset.image_messages import array_of_bgr, array_of_depth, array_of_labels, stamp_ns
 from sunset_ros.interfaces.std_srvs.srv import Trigger
 from sunset_ros.seeding import generator
 

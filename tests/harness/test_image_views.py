@@ -7,7 +7,7 @@ import numpy as np
 
 from sunset.classes import CLASSES, COLOURS
 from sunset.harness.image_views import ImageViews
-from sunset.nodes.images import image_of_depth, image_of_labels
+from sunset.image_messages import image_of_depth, image_of_labels
 from sunset_ros import Node
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.interfaces.std_msgs.msg import Header

@@ -8,7 +8,7 @@ import pytest
 
 from sunset.data import Frame, write_bag
 from sunset.harness.bag_player import LiveBagPlayer
-from sunset.nodes.images import stamp_ns
+from sunset.image_messages import stamp_ns
 from sunset_ros.interfaces.std_srvs.srv import Trigger
 from sunset_ros.seeding import generator
 

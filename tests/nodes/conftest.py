@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from sunset.nodes.images import image_of_bgr, image_of_depth
+from sunset.image_messages import image_of_bgr, image_of_depth
 from sunset_ros.interfaces.builtin_interfaces.msg import Time
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.interfaces.std_msgs.msg import Header

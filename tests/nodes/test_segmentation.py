@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from sunset.image_messages import array_of_labels, image_of_bgr, image_of_depth
 from sunset.nodes import SegmentationNode
-from sunset.nodes.images import array_of_labels, image_of_bgr, image_of_depth
 from sunset.perception import Modality, Segmenter, load_model
 from sunset.system_interfaces.msg import FusionType, SensorFusion
 from sunset_ros import CallbackError

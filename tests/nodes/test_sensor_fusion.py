@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from sunset.image_messages import array_of_bgr, stamp_ns
 from sunset.nodes import Fusion
-from sunset.nodes.images import array_of_bgr, stamp_ns
 from sunset.system_interfaces.msg import SensorFusion
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 

@@ -8,8 +8,8 @@ import numpy.typing as npt
 import pytest
 
 from sunset.faults import blur, degrade_depth, degrade_image, enhance_image, sharpness
+from sunset.image_messages import array_of_bgr, array_of_depth, image_of_bgr
 from sunset.nodes import Camera, Depth, ImageEnhancement
-from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_bgr
 from sunset.system import BLUR_SIGMA, current_system
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.seeding import generator

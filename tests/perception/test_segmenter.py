@@ -211,3 +211,45 @@ def test_a_device_that_is_not_there_is_refused_and_auto_does_without(lite: Model
     chosen = Segmenter(lite, device="auto")
     assert chosen.device == "cpu"
     assert bits(chosen, *frame) == bits(Segmenter(lite), *frame)
+
+
+def test_a_frame_is_segmented_the_same_with_and_without_a_cache(
+    tmp_path: Path, lite: Model, frame: Frame
+) -> None:
+    cache = ImageCache(tmp_path / "cache.sqlite")
+    plain = Segmenter(lite).segment(Modality.FUSION, *frame)
+    for _ in range(2):
+        cached = Segmenter(lite, cache=cache).segment(Modality.FUSION, *frame)
+        assert np.array_equal(cached.labels, plain.labels)
+        assert cached.entropy == plain.entropy
+        assert not cached.labels.flags.writeable
+
+
+def test_what_the_cache_has_is_not_computed(tmp_path: Path, lite: Model, frame: Frame) -> None:
+    images = [LazyImage.of(array) for array in frame]
+    segmenter = Segmenter(lite, cache=ImageCache(tmp_path / "cache.sqlite"))
+    labels, entropy = segmenter.look_up(Modality.FUSION, *images)
+    unseen = [LazyImage(each.size, _unwanted, name=lambda: b"", cache=None) for each in images]
+    for image, known in zip(unseen, images, strict=True):
+        image.digest = known.digest
+    found, again = segmenter.look_up(Modality.FUSION, *unseen)
+    assert (found.key, again) == (labels.key, entropy)
+    assert np.array_equal(found.pixels, labels.pixels)
+
+
+def test_weights_modality_and_inputs_are_told_apart(tmp_path: Path, lite: Model, frame: Frame) -> None:
+    bgr, depth = (LazyImage.of(array) for array in frame)
+    segmenter = Segmenter(lite, cache=ImageCache(tmp_path / "cache.sqlite"))
+    darker = LazyImage.of(frame[0] // 2)
+    keys = {
+        segmenter.look_up(Modality.FUSION, bgr, depth)[0].key,
+        segmenter.look_up(Modality.FUSION, darker, depth)[0].key,
+        segmenter.look_up(Modality.RGB, bgr, depth)[0].key,
+        segmenter.look_up(Modality.DEPTH, bgr, depth)[0].key,
+    }
+    assert len(keys) == 4
+    assert segmenter.look_up(Modality.RGB, bgr, None)[0].key in keys
+
+
+def _unwanted() -> npt.NDArray[np.uint8]:
+    raise AssertionError("nobody needs the pixels")

@@ -21,7 +21,7 @@ HAZE = """
 import numpy as np
 
 from sunset.nodes import Fusion, NodeParameter
-from sunset.nodes.images import array_of_bgr, image_of_bgr
+from sunset.image_messages import array_of_bgr, image_of_bgr
 from sunset.system import *
 
 

@@ -27,7 +27,7 @@ from sunset.data import (
     write_bag,
 )
 from sunset.errors import InvalidInputError
-from sunset.experiments import inference_file
+from sunset.experiments import cache_file
 from sunset.flights import HELD_OUT, parse_flights
 from sunset.perception import Model, find_device, load_model
 from sunset.processes.workers import Progress, Stages
@@ -105,7 +105,7 @@ def measure_flights(
     """
     loaded = model if isinstance(model, Model) else load_model(model)
     device, jobs = find_device(device), count_of(jobs, "jobs")
-    cache = inference_file() if device == "cpu" else None
+    cache = cache_file() if device == "cpu" else None
     with extended(extensions):
         chosen = parse_flights(chosen_flights(flights))
         plans = [FlightPlan.of(flight, DEFAULT_FLIGHT.frames) for flight in chosen if flight.bag is None]

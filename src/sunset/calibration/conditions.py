@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from sunset.errors import ExtensionError, InvalidInputError
 from sunset.faults import sharpness
-from sunset.files.image_digests import Pixels
+from sunset.images import Pixels
 from sunset.perception import Modality, ModelCard
 from sunset.system import (
     ENTROPY_SIGNAL,

@@ -40,7 +40,8 @@ from sunset.data import (
 from sunset.errors import DataError, OutputError
 from sunset.files.outputs import make_folder, write_text
 from sunset.files.schemas import convert, document_text, read_json
-from sunset.perception import InferenceCache, Model, ModelCard, Segmenter, load_model
+from sunset.images import ImageCache
+from sunset.perception import Model, ModelCard, Segmenter, load_model
 from sunset.processes.workers import Progress, spread
 from sunset.system import SAMPLES, LoadedExtension, load_extension, loaded_extensions
 from sunset.texts.sentences import listed
@@ -162,7 +163,7 @@ def flight_thresholds(
         model: the model.
         bag: the frames, in the model's size.
         device: as a `Segmenter` takes it.
-        cache: the file of the inference cache; None for none, and to keep no thresholds.
+        cache: the file of the cache; None for none, and to keep no thresholds.
         jobs: processes; as many as there are processors if None. The result does not depend on it.
         progress: called with (frames done, frames in all).
     """
@@ -266,7 +267,7 @@ def _look(
 def _opened(folder: Path, device: str, path: Path, cache: Path | None) -> tuple[Segmenter, BagReader]:
     """Return a model's segmenter and a bag, opened once in each process."""
     model = load_model(folder)
-    answers = None if cache is None else InferenceCache(cache)
+    answers = None if cache is None else ImageCache(cache)
     bag = read_bag(path, size=(model.card.height, model.card.width))
     return Segmenter(model, device=device, cache=answers), bag
 

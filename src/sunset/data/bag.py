@@ -12,7 +12,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import zip_longest
-from math import prod
 from pathlib import Path
 from typing import Final, Self
 
@@ -35,8 +34,8 @@ from sunset.data.bag_paths import REMEDY, check_bag_path, connections_of, reopen
 from sunset.data.conventions import SYNDRONE, Reading
 from sunset.data.pixels import dimensions, resample
 from sunset.errors import DataError, InvalidInputError, OutputError
-from sunset.files.image_digests import Pixels, remember_digest
 from sunset.files.outputs import flush, unwritable
+from sunset.images import Pixels
 from sunset_ros.interfaces import message_definition, type_hash
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_town import Frame
@@ -44,10 +43,6 @@ from sunset_town import Frame
 __all__ = ["TOPICS", "BagReader", "read_bag", "write_bag"]
 
 _TRUTH: Final = "/gt_segmentation"
-_BYTES_PER_PIXEL: Final = 6
-"""Colour, depth and label."""
-_MOST_KEPT: Final = 128 << 20
-"""The most bytes of frames that a reader keeps."""
 
 
 def write_bag(path: Path, frames: Iterable[Frame], stamps_ns: Sequence[int]) -> Path:
@@ -110,8 +105,7 @@ class _Entry:
 class BagReader:
     """An opened and checked bag, as returned by `read_bag`.
 
-    Threads and forked processes may share it. Each call reads a frame again, unless `keep` was called. Use it as a
-    context manager, or `close` it.
+    Threads and forked processes may share it. Each call reads a frame again. Use it as a context manager, or `close` it.
     """
 
     def __init__(self, path: Path, reader: Reader, size: tuple[int, int] | None, reading: Reading) -> None:
@@ -138,7 +132,6 @@ class BagReader:
         self._moments = self._matched()
         self.size: Final = size or self.recorded_size
         """Height and width of the returned frames in pixels."""
-        self._kept: tuple[Frame, ...] = ()
 
     def __len__(self) -> int:
         return len(self._moments)
@@ -186,18 +179,6 @@ class BagReader:
         """
         if not 0 <= index < len(self):
             raise IndexError(f"The bag {self.path} has frames 0 to {len(self) - 1}, got {index}.")
-        return self._kept[index] if self._kept else self._read(index)
-
-    def keep(self) -> None:
-        """Keep all frames, with the digests of their images, for forked processes, if they take 128 MiB at most."""
-        if not self._kept and len(self) * prod(self.size) * _BYTES_PER_PIXEL <= _MOST_KEPT:
-            frames = tuple(map(self._read, range(len(self))))
-            for frame in frames:
-                for pixels in (frame.rgb, frame.depth, frame.labels):
-                    remember_digest(pixels)
-            self._kept = frames
-
-    def _read(self, index: int) -> Frame:
         wanted = dict(zip(TOPICS, self._moments[index], strict=False))
         images: dict[str, Recorded] = {}
         with translated(self.path, opened=True), reopened(self._reader) as reader:

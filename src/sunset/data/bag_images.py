@@ -12,7 +12,7 @@ from sunset.data.conventions import Reading
 from sunset.data.pixels import COLOUR_JPEG, COLOUR_PNG, DEPTH_PNG, FAR, LABEL_PNG, bgr_of, picture, raw_pixels
 from sunset.errors import DataError
 from sunset.files.compression import zstd
-from sunset.files.image_digests import Pixels
+from sunset.images import Pixels
 from sunset_ros.interfaces import deserialize, serialize
 from sunset_ros.interfaces.sensor_msgs.msg import CompressedImage, Image
 from sunset_ros.interfaces.stamps import ns_of, stamp_of

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from sunset.classes import CARLA_IDS
 from sunset.data.pixels import FAR, counts_of_metres
 from sunset.errors import DataError
-from sunset.files.image_digests import Pixels
+from sunset.images import Pixels
 
 IDS_OF_NO_CLASS: Final = MappingProxyType({"none": 0, "pedestrians": 4, "vehicles": 10, "any": 255})
 """CARLA's ids outside SynDrone's classes: such pixels are ignored, not refused."""

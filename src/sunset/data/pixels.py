@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.errors import DataError
-from sunset.files.image_digests import Pixels
+from sunset.images import Pixels
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_town import DEPTH_RANGE_M, Frame
 

@@ -14,7 +14,7 @@ from sunset.experiments.checking import ManagerCheck as ManagerCheck
 from sunset.experiments.checking import check_manager as check_manager
 from sunset.experiments.cluster import connected_scheduler as connected_scheduler
 from sunset.experiments.manager import manager_checksum as manager_checksum
-from sunset.experiments.resources import inference_file as inference_file
+from sunset.experiments.resources import cache_file as cache_file
 from sunset.experiments.resources import missing_networks as missing_networks
 from sunset.experiments.resources import model_checksum as model_checksum
 from sunset.experiments.resources import prepare as prepare

@@ -1,12 +1,13 @@
-"""The resources of runs: models, bags, inference caches."""
+"""The resources of runs: models, bags, and the cache."""
 
+import functools
 import hashlib
 import json
 import logging
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache, partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Final, cast
 
@@ -27,8 +28,10 @@ from sunset.data.bag_paths import check_bag_path
 from sunset.errors import DataError, InvalidInputError, ModelError
 from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import start_server
+from sunset.harness.frames import LazyFrames
+from sunset.images import ImageCache
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
-from sunset.perception import InferenceCache, Modality, Model, ModelCard, Segmenter, load_model
+from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
 from sunset.processes.confinement.walls import missing_walls
 from sunset.processes.forking import FORKING
 from sunset.processes.workers import Stages
@@ -48,7 +51,8 @@ class Resources:
     Attributes:
         model: the model; its card has the thresholds that hold on the flight.
         segmenter: runs it.
-        bag: the frames.
+        bag: the flight.
+        frames: the frames that are played.
         bag_checksum: SHA-256 over the bag's files, in hexadecimal.
         scenario: the run's scenario, with the model's strengths in place of severities.
         of_flight: whether the thresholds were computed on the flight; they are the model's own if not.
@@ -58,6 +62,7 @@ class Resources:
     model: Model
     segmenter: Segmenter
     bag: BagReader
+    frames: LazyFrames
     bag_checksum: str
     scenario: Scenario
     of_flight: bool = False
@@ -129,7 +134,9 @@ def _usable_model(spec: RunSpec) -> Model:
 
 def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
     scenario = with_strengths(spec.scenario, model.card.severities, model.card.name)
-    bag, checksum = _reader(path, (model.card.height, model.card.width))
+    cache = _cache(cache_folder()) if spec.settings.cache else None
+    frames, checksum = _frames(path, (model.card.height, model.card.width), cache)
+    bag = frames.bag
     timing = spec.timing
     if len(bag) < timing.frames and not spec.settings.loop:
         dropped = sum(bag.dropped.values())
@@ -139,12 +146,11 @@ def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
             f"({timing.frames * timing.period_s - timing.duration_s:g} s of warm-up at most and "
             f"{timing.duration_s:g} s that are measured): take a longer one, a shorter --duration, or --loop."
         )
-    cache = _inference_cache(cache_folder()) if spec.settings.cache else None
     segmenter = Segmenter(model, device=spec.settings.device, cache=cache)
-    frame = bag.frame(0)
+    frame = frames.frame(0)
     for modality in Modality:  # a broken network is noticed before the sensor fusion switches to it
-        segmenter.segment(modality, frame.rgb, frame.depth)
-    return Resources(model, segmenter, bag, checksum, scenario)
+        segmenter.look_up(modality, frame.rgb, frame.depth)
+    return Resources(model, segmenter, bag, frames, checksum, scenario)
 
 
 def _with_thresholds(
@@ -160,7 +166,7 @@ def _with_thresholds(
         resources.model,
         resources.bag,
         device=resources.segmenter.device,
-        cache=inference_file() if spec.settings.cache else None,
+        cache=cache_file() if spec.settings.cache else None,
         progress=measuring,
     )
     warning = "" if thresholds is None else thresholds.warning(model.card.name)
@@ -222,27 +228,27 @@ def _find_flights(specs: Sequence[RunSpec], progress: Stages | None) -> list[Pat
     ]
 
 
-def _reader(path: Path, size: tuple[int, int]) -> tuple[BagReader, str]:
-    """Return a bag, read at a size (height, width), and its checksum; it is opened again if its files have changed."""
+def _frames(path: Path, size: tuple[int, int], cache: ImageCache | None) -> tuple[LazyFrames, str]:
+    """Return a bag's frames at a size (height, width), and its checksum; it is opened again if its files have changed."""
     check_bag_path(path)
     checksum = bag_checksum(path)
     before = _opened.cache_info().hits
-    reader = _opened(path, size, checksum)
+    frames = _opened(path, size, cache, checksum)
     if _opened.cache_info().hits > before:  # this process has several runs on it
-        reader.keep()
-    return reader, checksum
+        frames.keep()
+    return frames, checksum
 
 
 @lru_cache(maxsize=_OPEN_BAGS)
-def _opened(path: Path, size: tuple[int, int], _: str) -> BagReader:
-    return read_bag(path, size=size)
+def _opened(path: Path, size: tuple[int, int], cache: ImageCache | None, _: str) -> LazyFrames:
+    return LazyFrames(read_bag(path, size=size), cache)
 
 
-@cache
-def _inference_cache(folder: Path) -> InferenceCache:
-    return InferenceCache(folder / inference_file().name)
+@functools.cache
+def _cache(folder: Path) -> ImageCache:
+    return ImageCache(folder / cache_file().name)
 
 
-def inference_file() -> Path:
-    """Return the file of the inference cache; it need not exist yet."""
-    return cache_folder() / "inference.sqlite"
+def cache_file() -> Path:
+    """Return the file of what was computed from images; it need not exist yet."""
+    return cache_folder() / "images.sqlite"

@@ -250,7 +250,7 @@ def _factories(spec: RunSpec, resources: Resources, watch: Watch) -> dict[str, N
     # loaded resources are passed on: neither loading time nor a path gets into the record
     given: dict[str, Callable[..., Node]] = {
         "segmentation": partial(system.node_class("segmentation"), segmenter=resources.segmenter),
-        BAG_PLAYER: partial(BagPlayer, reader=resources.bag),
+        BAG_PLAYER: partial(BagPlayer, frames=resources.frames),
     }
 
     def make(name: str, context: Context) -> Node:

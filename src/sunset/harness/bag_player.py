@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Unpack
 
 from sunset.errors import ParameterError
-from sunset.nodes.images import image_of_bgr, image_of_depth, image_of_labels
+from sunset.harness.frames import LazyFrames
+from sunset.image_messages import image_of_bgr, image_of_depth, image_of_labels
 from sunset.system import BAG_PLAYER, CLOCK_TOPIC, NAMESPACE, SENSOR_TOPICS, TRUTH_TOPIC
 from sunset_ros.clock import Clock
 from sunset_ros.interfaces.builtin_interfaces.msg import Time
@@ -51,17 +52,17 @@ class BagPlayer(Node):
         phase: seconds from the start to the first frame.
 
     Args:
-        reader: an open bag; None to open the bag that the parameter names.
+        frames: the frames of an open bag; None to open the bag that the parameter names.
         options: as in `Node`.
     """
 
     _frame_id = "camera"
     _speed = 1.0
 
-    def __init__(self, *, reader: "BagReader | None" = None, **options: Unpack[NodeOptions]) -> None:
+    def __init__(self, *, frames: LazyFrames | None = None, **options: Unpack[NodeOptions]) -> None:
         super().__init__(BAG_PLAYER, **options)
         self._declare_parameters()
-        self._bag = reader or self._named_bag()
+        self._frames = frames or LazyFrames(self._named_bag(), None)
         self._range = self._chosen_frames()
         self._next = self._range.start
         self._timer: Timer | None = None
@@ -113,7 +114,7 @@ class BagPlayer(Node):
         return None
 
     def _chosen_frames(self) -> range:
-        start, count, length = self._value("start_frame"), self._value("frames"), len(self._bag)
+        start, count, length = self._value("start_frame"), self._value("frames"), len(self._frames)
         loop = self._value("loop")
         stop = start + count if count else sys.maxsize if loop else length
         if start >= length or (stop > length and not loop):
@@ -150,7 +151,7 @@ class BagPlayer(Node):
         if self._next not in self._range:
             self._stop()
             return
-        frame = self._bag.frame(self._next % len(self._bag))
+        frame = self._frames.frame(self._next % len(self._frames))
         stamp = self._stamp()
         header = Header(stamp=stamp, frame_id=self._frame_id)
         self._truth.publish(image_of_labels(header, frame.labels))
@@ -164,7 +165,7 @@ class BagPlayer(Node):
 
     def _stamp(self) -> Time:
         """Publish the time of the next frame on `/clock`, and return it."""
-        stamps = self._bag.stamps_ns
+        stamps = self._frames.stamps_ns
         laps, number = divmod(self._next, len(stamps))
         span_ns = int(stamps[-1] - stamps[0])
         period_ns = span_ns // (len(stamps) - 1) if span_ns else round(NS_PER_S / self._value("rate"))
@@ -228,7 +229,7 @@ class LiveBagPlayer(BagPlayer):
         self._time.publish(ClockMessage(clock=self._stamp()))
 
     def _describe(self, header: Header) -> None:
-        height, width = self._bag.size
+        height, width = self._frames.bag.size
         focal = width / 2 / tan(radians(self._value("field_of_view")) / 2)
         x, y = (width - 1) / 2, (height - 1) / 2  # the centre of the first pixel is 0
         info = CameraInfo(

@@ -6,7 +6,7 @@ import numpy as np
 
 from sunset.classes import PALETTE
 from sunset.faults import DEPTH_COUNTS_PER_METRE
-from sunset.nodes.images import array_of_depth, array_of_labels, image_of_bgr, image_of_metres
+from sunset.image_messages import array_of_depth, array_of_labels, image_of_bgr, image_of_metres
 from sunset.system import HARNESS, RESULT_TOPIC, full_name
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.node import Node, NodeOptions

@@ -3,8 +3,8 @@
 from collections import deque
 
 from sunset.faults import defocus_image, degrade_image, sharpness
+from sunset.image_messages import bgr_of, image_of_bgr
 from sunset.nodes.base import AdaptiveNode
-from sunset.nodes.images import array_of_bgr, image_of_bgr
 from sunset.nodes.parameters import FaultParameter, NodeParameter, action
 from sunset.system import BLUR_SIGMA, IMAGE_DEGRADATION_RANGE, SAMPLES
 from sunset_ros.interfaces.sensor_msgs.msg import Image
@@ -56,10 +56,12 @@ class Camera(AdaptiveNode):
     def _on_image(self, message: Image) -> None:
         if self.camera_driver_issue or self.hardware_disconnect:
             return
-        bgr = degrade_image(array_of_bgr(message), self.image_degradation)
+        bgr = bgr_of(message)
+        if self.image_degradation:
+            bgr = bgr.then(degrade_image, self.image_degradation)
         if self.autofocus_needed:
-            bgr = defocus_image(bgr, BLUR_SIGMA)
-        self._report_sharpness(sharpness(bgr))
+            bgr = bgr.then(defocus_image, BLUR_SIGMA)
+        self._report_sharpness(bgr.measure(sharpness))
         self._images.publish(image_of_bgr(message.header, bgr))
 
     def _report_sharpness(self, value: float) -> None:

@@ -1,8 +1,11 @@
 """The depth camera: publishes the recorded depth images, with noise if it is degraded."""
 
+import numpy as np
+import numpy.typing as npt
+
 from sunset.faults import degrade_depth
+from sunset.image_messages import depth_of, image_of_depth, stamp_ns
 from sunset.nodes.base import AdaptiveNode
-from sunset.nodes.images import array_of_depth, image_of_depth, stamp_ns
 from sunset.nodes.parameters import NodeParameter
 from sunset.system import DEPTH_DEGRADATION_RANGE
 from sunset_ros.interfaces.sensor_msgs.msg import Image
@@ -31,8 +34,13 @@ class Depth(AdaptiveNode):
         self.create_active_subscription(Image, "/depth_raw", self._on_image)
 
     def _on_image(self, message: Image) -> None:
-        depth = array_of_depth(message)
+        depth = depth_of(message)
         if self.depth_degradation > 0:
-            noise = generator(self.seed, "depth", stamp_ns(message.header))
-            depth = degrade_depth(depth, self.depth_degradation, noise)
+            depth = depth.then(_with_noise, self.depth_degradation, self.seed, stamp_ns(message.header))
         self._images.publish(image_of_depth(message.header, depth))
+
+
+def _with_noise(
+    depth: npt.NDArray[np.uint16], strength: float, seed: int, stamp_ns: int
+) -> npt.NDArray[np.uint16]:
+    return degrade_depth(depth, strength, generator(seed, "depth", stamp_ns))

@@ -1,8 +1,8 @@
 """The image enhancement: undoes a degradation of colour images."""
 
 from sunset.faults import enhance_image
+from sunset.image_messages import bgr_of, image_of_bgr
 from sunset.nodes.base import AdaptiveNode
-from sunset.nodes.images import array_of_bgr, image_of_bgr
 from sunset.nodes.parameters import NodeParameter
 from sunset.system import IMAGE_DEGRADATION_RANGE, get_fault
 from sunset_ros.interfaces.sensor_msgs.msg import Image
@@ -29,5 +29,7 @@ class ImageEnhancement(AdaptiveNode):
         self.create_active_subscription(Image, "rgb_camera", self._on_image)
 
     def _on_image(self, message: Image) -> None:
-        enhanced = enhance_image(array_of_bgr(message), self.image_degradation)
-        self._images.publish(image_of_bgr(message.header, enhanced))
+        bgr = bgr_of(message)
+        if self.image_degradation:
+            bgr = bgr.then(enhance_image, self.image_degradation)
+        self._images.publish(image_of_bgr(message.header, bgr))

@@ -1,11 +1,12 @@
 """The segmentation: runs the network of the fused images' modality."""
 
-from functools import cache
+import functools
 from typing import TYPE_CHECKING, Any, Final
 
 from sunset.errors import DataError
+from sunset.image_messages import bgr_of, depth_of, image_of_labels
+from sunset.images import ImageCache, LazyImage
 from sunset.nodes.base import AdaptiveNode
-from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_labels
 from sunset.nodes.parameters import FaultParameter, NodeParameter
 from sunset.system import get_fault
 from sunset.system_interfaces.msg import SensorFusion
@@ -13,11 +14,8 @@ from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.lifecycle import LifecycleState, TransitionCallbackReturn
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
     # imported where it is used: it takes time and starts a thread, and other nodes do without it
-    from sunset.perception import InferenceCache, Modality, Segmenter
+    from sunset.perception import Modality, Segmenter
 
 _WARM_UP_S: Final = 0.15
 """Time before the first run of each network, so that heartbeats, every 0.1 s, are not late."""
@@ -68,8 +66,8 @@ class SegmentationNode(AdaptiveNode):
     def _described(self) -> "Segmenter":
         from sunset.perception import Segmenter, load_model  # noqa: PLC0415  see above
 
-        answers = _answers(self.inference_cache) if self.inference_cache else None
-        return Segmenter(load_model(self.model), device=self.device, cache=answers)
+        cache = _opened(self.inference_cache) if self.inference_cache else None
+        return Segmenter(load_model(self.model), device=self.device, cache=cache)
 
     def _warm_up(self, modalities: "list[Modality]") -> None:
         """Run the networks, with time for heartbeats before and between them."""
@@ -90,13 +88,11 @@ class SegmentationNode(AdaptiveNode):
         except DataError as error:
             self.get_logger().error(f"Dropped images: {error}", throttle_duration_sec=10.0)
             return
-        result = self._segmenter.segment(*inputs)
-        self.report("entropy", result.entropy)
-        self._labels.publish(image_of_labels(message.header, result.labels))
+        labels, entropy = self._segmenter.look_up(*inputs)
+        self.report("entropy", entropy)
+        self._labels.publish(image_of_labels(message.header, labels))
 
-    def _inputs(
-        self, message: SensorFusion
-    ) -> "tuple[Modality, npt.NDArray[np.uint8] | None, npt.NDArray[np.uint16] | None]":
+    def _inputs(self, message: SensorFusion) -> "tuple[Modality, LazyImage | None, LazyImage | None]":
         """Return the segmenter's inputs.
 
         Raises:
@@ -109,20 +105,18 @@ class SegmentationNode(AdaptiveNode):
             modality = Modality(message.modality.fusion_type)
         except ValueError as error:
             raise DataError(f"There is no modality {message.modality.fusion_type}.") from error
-        bgr = array_of_bgr(message.rgb) if modality.needs_rgb else None
-        depth = array_of_depth(message.depth) if modality.needs_depth else None
-        for array in (bgr, depth):
-            if array is not None and array.shape[:2] != (card.height, card.width):
-                height, width = array.shape[:2]
+        bgr = bgr_of(message.rgb) if modality.needs_rgb else None
+        depth = depth_of(message.depth) if modality.needs_depth else None
+        for image in (bgr, depth):
+            if image is not None and image.size != (card.height, card.width):
+                height, width = image.size
                 raise DataError(
                     f"The model {card.name} takes images of {card.width}x{card.height} pixels, got {width}x{height}."
                 )
         return modality, bgr, depth
 
 
-@cache
-def _answers(path: str) -> "InferenceCache":
+@functools.cache
+def _opened(path: str) -> ImageCache:
     """Return the cache in a file, opened once a process."""
-    from sunset.perception import InferenceCache  # noqa: PLC0415  see above
-
-    return InferenceCache(path)
+    return ImageCache(path)

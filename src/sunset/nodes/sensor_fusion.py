@@ -4,8 +4,8 @@ from typing import Final, Generic, TypeVar
 
 from sunset.errors import DataError
 from sunset.faults import REFERENCE_WIDTH, misalign_image
+from sunset.image_messages import bgr_of, image_of_bgr, stamp_ns
 from sunset.nodes.base import AdaptiveNode
-from sunset.nodes.images import array_of_bgr, image_of_bgr, stamp_ns
 from sunset.nodes.parameters import FaultParameter, NodeParameter, TopicParameter, action
 from sunset.system_interfaces.msg import FusionType, SensorFusion
 from sunset_ros.interfaces.sensor_msgs.msg import Image
@@ -154,7 +154,7 @@ class Fusion(AdaptiveNode):
     def _on_rgb(self, message: Image) -> None:
         self._forget_other_topic()
         try:
-            array_of_bgr(message)
+            bgr_of(message)
         except DataError as error:
             self.get_logger().error(f"Dropped an image on {self._topic}: {error}", throttle_duration_sec=10.0)
             return
@@ -204,4 +204,4 @@ class Fusion(AdaptiveNode):
     def _shifted(self, rgb: Image) -> Image:
         if not self.image_shift:
             return rgb
-        return image_of_bgr(rgb.header, misalign_image(array_of_bgr(rgb), self.image_shift))
+        return image_of_bgr(rgb.header, bgr_of(rgb).then(misalign_image, self.image_shift))

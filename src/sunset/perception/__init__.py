@@ -1,10 +1,9 @@
 """Segmentation networks and their inference, without ROS.
 
 A model is a folder with up to three networks (RGB, depth, and both fused) and a card. `load_model` checks
-it, a `Segmenter` runs it, and an `InferenceCache` stores the results.
+it, and a `Segmenter` runs it.
 """
 
-from sunset.perception.cache import InferenceCache as InferenceCache
 from sunset.perception.card import Modality as Modality
 from sunset.perception.card import ModelCard as ModelCard
 from sunset.perception.card import NetworkCard as NetworkCard

@@ -1,18 +1,24 @@
 """Segmentation of frames with a model's networks."""
 
 from dataclasses import dataclass
+from struct import Struct
 from typing import Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+import onnxruntime
 
 from sunset.errors import ModelError
-from sunset.perception.cache import InferenceCache
+from sunset.files.compression import zstd
+from sunset.images import ImageCache, LazyImage, digest_of, platform_digest
 from sunset.perception.card import Modality
 from sunset.perception.model import RUNTIME_ERRORS, Model, find_device, one_line
 
 _ROUNDING: Final = 1e-3
 """Tolerance of an entropy's range [0, 1], since a network sums in float32."""
+
+_ENTROPY: Final = Struct("<d")
+"""An entropy, before the labels of its frame."""
 
 _Colours: TypeAlias = npt.NDArray[np.uint8] | None
 _Depths: TypeAlias = npt.NDArray[np.uint16] | None
@@ -52,7 +58,7 @@ class Segmenter:
         MissingExtraError: the device needs a package that is not installed.
     """
 
-    def __init__(self, model: Model, *, device: str = "cpu", cache: InferenceCache | None = None) -> None:
+    def __init__(self, model: Model, *, device: str = "cpu", cache: ImageCache | None = None) -> None:
         self.model: Final = model
         """The model."""
         self.device: Final = find_device(device)
@@ -79,15 +85,46 @@ class Segmenter:
         inputs = self._inputs(modality, bgr, depth)
         if self._cache is None:
             return self._infer(modality, inputs)
+        images = (LazyImage.of(inputs[name]) if name in inputs else None for name in ("bgr", "depth"))
+        labels, entropy = self.look_up(modality, *images)
+        return Segmentation(labels.pixels, entropy)
+
+    def look_up(
+        self, modality: Modality, bgr: LazyImage | None, depth: LazyImage | None
+    ) -> tuple[LazyImage, float]:
+        """Return the labels and the entropy of a frame, as `segment`, without computing what the cache has."""
         card = self.model.card
-        network = card.networks.get(modality)
-        key = self._cache.key(network.digest if network else "", modality, inputs.values())
+        if self._cache is None:
+            result = self._infer_images(modality, bgr, depth)
+            return LazyImage.of(result.labels), result.entropy
+        key = self._key(modality, bgr, depth)
         known = self._cache.get(key)
-        if known is not None and known[0].size == card.height * card.width:
-            return Segmentation(known[0].reshape(card.height, card.width), known[1])
-        result = self._infer(modality, inputs)
-        self._cache.put(key, result.labels, result.entropy)
-        return result
+        if known is None:
+            result = self._infer_images(modality, bgr, depth)
+            known = _ENTROPY.pack(result.entropy) + zstd.compress(result.labels.tobytes())
+            self._cache.put(key, known)
+        packed, size = known[_ENTROPY.size :], (card.height, card.width)
+        labels = LazyImage(
+            size,
+            lambda: np.frombuffer(zstd.decompress(packed), np.uint8).reshape(size),
+            name=lambda: key,
+            cache=self._cache,
+        )
+        return labels, _ENTROPY.unpack_from(known)[0]
+
+    def _key(self, modality: Modality, bgr: LazyImage | None, depth: LazyImage | None) -> bytes:
+        """Return what names an inference: weights, runtime, processor and inputs."""
+        network = self.model.card.networks.get(modality)
+        needed = (bgr if modality.needs_rgb else None, depth if modality.needs_depth else None)
+        inputs = [None if image is None else image.digest for image in needed]
+        parts = (platform_digest(), onnxruntime.__version__, network and network.digest, modality.key, inputs)
+        return digest_of(repr(parts).encode())
+
+    def _infer_images(
+        self, modality: Modality, bgr: LazyImage | None, depth: LazyImage | None
+    ) -> Segmentation:
+        rgb, depths = (None if image is None else image.pixels for image in (bgr, depth))
+        return self._infer(modality, self._inputs(modality, rgb, depths))
 
     def warm_up(self, modality: Modality) -> None:
         """Run a network on an empty image, past the cache, since the first run takes several times as long.

@@ -18,7 +18,8 @@ import numpy.typing as npt
 
 from sunset.classes import CLASS_OF_CARLA_ID, PALETTE
 from sunset.errors import RecordError
-from sunset.files.image_digests import digest_of, image_digest
+from sunset.image_messages import digest_of_data
+from sunset.images import digest_of
 from sunset.recording._bag import BagWriter, Payload, RecordedMessage, read_bag
 from sunset.system import RESULT_TOPIC, TRUTH_TOPIC
 from sunset.system_interfaces.msg import ImageDigest, SensorFusion, SetBlackboardGroup
@@ -117,7 +118,7 @@ class ImageWriter(BagWriter):
         if pixels is None:
             self._put(topic, time_ns, image)
             return
-        key = image_digest(image.data), image.encoding, *pixels.shape, image.step
+        key = digest_of_data(image), image.encoding, *pixels.shape, image.step
         if key not in self._pngs:
             self._pngs[key] = cv2.imencode(".png", pixels, _PNG)[1].tobytes()
             self._pngs = dict(list(self._pngs.items())[-_REMEMBERED:])
@@ -134,9 +135,9 @@ class ImageWriter(BagWriter):
 def without_pixels(message: Message) -> Message:
     """Return a message with digests in place of images, as records have it."""
     if isinstance(message, Image):
-        return _digest_message(message, image_digest(message.data))
+        return _digest_message(message, digest_of_data(message))
     if isinstance(message, SensorFusion):
-        parts = image_digest(message.depth.data), image_digest(message.rgb.data)
+        parts = digest_of_data(message.depth), digest_of_data(message.rgb)
         modality = bytes([message.modality.fusion_type])
         fused = _digest_message(message.rgb, digest_of(b"".join([*parts, modality])))
         fused.header = message.header

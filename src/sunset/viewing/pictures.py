@@ -16,7 +16,7 @@ import numpy.typing as npt
 from sunset.classes import CLASS_OF_CARLA_ID, CLASSES
 from sunset.errors import RecordError
 from sunset.faults import DEPTH_COUNTS_PER_METRE
-from sunset.files.image_digests import Pixels
+from sunset.images import Pixels
 from sunset.processes.workers import Progress, processors
 from sunset.recording import StoredImage
 from sunset.system import TRUTH_TOPIC

@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.faults import blur
+from sunset.image_messages import bgr_of, depth_of, image_of_bgr, image_of_depth, stamp_ns
+from sunset.images import LazyImage
 from sunset.nodes import AdaptiveNode, Camera, Depth, FaultParameter, Fusion, NodeParameter, SegmentationNode
-from sunset.nodes.images import array_of_bgr, array_of_depth, image_of_bgr, image_of_depth, stamp_ns
 from sunset.system_interfaces.msg import FusionType, SensorFusion
 from sunset_ros.interfaces.rcl_interfaces.msg import ListParametersResult
 from sunset_ros.interfaces.sensor_msgs.msg import Image
@@ -75,7 +76,7 @@ class _Unlisted(AdaptiveNode):
 class WildCamera(_Unlisted, Camera):
     """A camera whose images may be old, too bright, of the wrong colours, seen through a film, or upside down."""
 
-    _last: Colours | None = None
+    _last: LazyImage | None = None
     frozen_image = FaultParameter(False, "internal fault: the last image is repeated", cured_by_restart=True)
     overexposure = FaultParameter(
         0.0, "internal fault: share of excess light, until a redeploy", minimum=0.0, maximum=20.0
@@ -93,7 +94,7 @@ class WildCamera(_Unlisted, Camera):
     upside_down = FaultParameter(False, "internal fault: the images are turned by half, until a redeploy")
 
     def _on_image(self, message: Image) -> None:
-        seen = array_of_bgr(message)
+        seen = bgr_of(message)
         if self._last is None or not self.frozen_image:
             self._last = seen
         bgr = self._last
@@ -103,7 +104,7 @@ class WildCamera(_Unlisted, Camera):
             (scatter, self.lens_film),
             (turn, self.upside_down),
         ):
-            bgr = degrade(bgr, strength) if strength else bgr
+            bgr = bgr.then(degrade, strength) if strength else bgr
         super()._on_image(message if bgr is seen else image_of_bgr(message.header, bgr))
 
 
@@ -125,7 +126,7 @@ class WildDepth(_Unlisted, Depth):
             if self._lost % _ARRIVING:
                 return
         if self.scale_error:
-            message = image_of_depth(message.header, scale(array_of_depth(message), self.scale_error))
+            message = image_of_depth(message.header, depth_of(message).then(scale, self.scale_error))
         if self.stepped_clock:
             message = _restamped(message, stamp_ns(message.header) + round(self.stepped_clock * NS_PER_S))
         super()._on_image(message)

@@ -20,7 +20,7 @@ from sunset.api.arguments import (
 from sunset.calibration import fit_to_flight
 from sunset.data import DEFAULT_FLIGHT, flight_bag, read_bag
 from sunset.errors import InvalidInputError, MissingExtraError, OutputError
-from sunset.experiments import inference_file
+from sunset.experiments import cache_file
 from sunset.perception import Model, find_device, list_models, load_model
 from sunset.processes.workers import Progress, processors
 from sunset_lab import (
@@ -244,7 +244,7 @@ def measure_curves(
     with extended(extensions):
         plan = replace(DEFAULT_FLIGHT, size=_size(loaded))
         path = optional_path(bag, "bag") or flight_bag(plan, progress=rendering, jobs=jobs)
-        chosen, cache = _strengths_of(strengths), inference_file() if device == "cpu" else None
+        chosen, cache = _strengths_of(strengths), cache_file() if device == "cpu" else None
         with read_bag(path, size=_size(loaded)) as reader:  # the thresholds that hold on it
             fitted, _ = fit_to_flight(loaded, reader, device=device, cache=cache, jobs=jobs)
         return curves.measure_curves(fitted, path, every=groups, strengths=chosen, **options)

@@ -132,7 +132,7 @@ class Command(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.stamp = Time.copy(self.stamp)
+            new.stamp = self.stamp.copy()
             new.client = self.client
             new.service = self.service
             new.node = self.node
@@ -195,7 +195,7 @@ class Diagnosis(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.stamp = Time.copy(self.stamp)
+            new.stamp = self.stamp.copy()
             new.faults = list(self.faults)
             new.probabilities = frozen(self.probabilities, FLOAT64)
         except (AttributeError, TypeError, InterfaceError) as error:
@@ -334,7 +334,7 @@ class FaultEnd(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.stamp = Time.copy(self.stamp)
+            new.stamp = self.stamp.copy()
             new.fault = self.fault
             new.node = self.node
             new.healed = self.healed
@@ -393,7 +393,7 @@ class FaultInjection(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.stamp = Time.copy(self.stamp)
+            new.stamp = self.stamp.copy()
             new.fault = self.fault
             new.failure = self.failure
             new.node = self.node
@@ -452,7 +452,7 @@ class FrameEvaluation(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.header = Header.copy(self.header)
+            new.header = self.header.copy()
             new.iou = self.iou
             new.intersection = frozen(self.intersection, UINT32)
             new.predicted = frozen(self.predicted, UINT32)
@@ -540,7 +540,7 @@ class ImageDigest(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.header = Header.copy(self.header)
+            new.header = self.header.copy()
             new.height = self.height
             new.width = self.width
             new.encoding = self.encoding
@@ -585,7 +585,7 @@ class SegmentationMetrics(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.header = Header.copy(self.header)
+            new.header = self.header.copy()
             new.mean_iou = self.mean_iou
         except (AttributeError, TypeError, InterfaceError) as error:
             raise misfit(self, error) from error
@@ -621,7 +621,7 @@ class SetBlackboardGroup(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.bb_params = [Parameter.copy(item) for item in self.bb_params]
+            new.bb_params = [item.copy() for item in self.bb_params]
         except (AttributeError, TypeError, InterfaceError) as error:
             raise misfit(self, error) from error
         return new
@@ -687,10 +687,10 @@ class SensorFusion(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.depth = Image.copy(self.depth)
-            new.rgb = Image.copy(self.rgb)
-            new.modality = FusionType.copy(self.modality)
-            new.header = Header.copy(self.header)
+            new.depth = self.depth.copy()
+            new.rgb = self.rgb.copy()
+            new.modality = self.modality.copy()
+            new.header = self.header.copy()
         except (AttributeError, TypeError, InterfaceError) as error:
             raise misfit(self, error) from error
         return new

@@ -158,8 +158,7 @@ def _copied(member: Field) -> str:
     if kind.is_numpy:
         return f"frozen({value}, {kind.base.upper()})"
     if kind.is_message:
-        element = _python(kind)
-        return f"[{element}.copy(item) for item in {value}]" if kind.is_array else f"{element}.copy({value})"
+        return f"[item.copy() for item in {value}]" if kind.is_array else f"{value}.copy()"
     return f"list({value})" if kind.is_array else value
 
 

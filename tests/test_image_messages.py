@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sunset.errors import DataError
-from sunset.nodes.images import (
+from sunset.image_messages import (
     array_of_bgr,
     array_of_depth,
     array_of_labels,

@@ -1,0 +1,7 @@
+"""Images as what was done to which image: their pixels are computed only if somebody looks, measurements looked up."""
+
+from sunset.images.cache import ImageCache as ImageCache
+from sunset.images.cache import platform_digest as platform_digest
+from sunset.images.lazy import LazyImage as LazyImage
+from sunset.images.lazy import Pixels as Pixels
+from sunset.images.lazy import digest_of as digest_of

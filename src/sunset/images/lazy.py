@@ -1,0 +1,126 @@
+"""Images whose pixels are computed only if somebody looks at them."""
+
+import hashlib
+import inspect
+from collections.abc import Callable
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any, Final, TypeVar, cast
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from sunset.files.sources import PACKAGES, package_version
+from sunset.images.cache import ImageCache, platform_digest
+
+Pixels = npt.NDArray[Any]
+"""An image of any sensor's type."""
+Measured = TypeVar("Measured", float, bytes)
+
+_BYTES: Final = 16
+
+
+def digest_of(content: Pixels | bytes) -> bytes:
+    """Return the digest of an image's bytes: BLAKE2b, 16 bytes long."""
+    data = content if isinstance(content, bytes) else np.ascontiguousarray(content).data
+    return hashlib.blake2b(data, digest_size=_BYTES).digest()
+
+
+class LazyImage:
+    """An image as what was done to which image.
+
+    Its pixels are computed once somebody looks at them. What is measured on it is looked up in the cache by its `key`,
+    without its pixels, if anybody has measured it on such an image before.
+
+    Args:
+        size: height and width in pixels.
+        make: returns the pixels, the same each time.
+        name: returns a name of the pixels that no others have; None to name them by their content.
+        cache: where measurements are looked up; None to compute them each time.
+    """
+
+    def __init__(
+        self,
+        size: tuple[int, int],
+        make: Callable[[], Pixels],
+        *,
+        name: Callable[[], bytes] | None,
+        cache: ImageCache | None,
+    ) -> None:
+        self.size: Final = size
+        self.cache: Final = cache
+        self._make = make
+        self._name = name
+
+    @classmethod
+    def of(cls, pixels: Pixels, cache: ImageCache | None = None) -> "LazyImage":
+        """Return the image of existing pixels (H, W, …), which must not change afterwards."""
+        return cls((pixels.shape[0], pixels.shape[1]), lambda: pixels, name=None, cache=cache)
+
+    def __repr__(self) -> str:
+        return f"LazyImage({self.size[1]}x{self.size[0]})"
+
+    @cached_property
+    def pixels(self) -> Pixels:
+        """The pixels (H, W, …), read-only."""
+        pixels = self._make()
+        pixels.flags.writeable = False
+        return pixels
+
+    @cached_property
+    def digest(self) -> bytes:
+        """The digest of the pixels' bytes, as `digest_of`."""
+        return digest_of(self.pixels) if self._name is None else self.measure(digest_of)
+
+    @cached_property
+    def key(self) -> bytes:
+        """What names the pixels, 16 bytes."""
+        if self._name is not None:
+            return self._name()
+        return _digest(self.digest, self.pixels.dtype.str, self.pixels.shape)
+
+    def then(self, function: Callable[..., Pixels], *arguments: object) -> "LazyImage":
+        """Return the image that a function makes of this image's pixels and plain arguments.
+
+        The function must be pure, of this image's size, and depend on no code but SUNSET's, its own module's and
+        libraries'.
+        """
+        return LazyImage(
+            self.size,
+            lambda: function(self.pixels, *arguments),
+            name=lambda: self._key_of(function, arguments),
+            cache=self.cache,
+        )
+
+    def measure(self, function: Callable[..., Measured], *arguments: object) -> Measured:
+        """Return what a function, as in `then`, measures on this image's pixels and on its arguments, also images."""
+        if self.cache is None:
+            return function(self.pixels, *map(_pixels_of, arguments))
+        key = self._key_of(function, arguments)
+        known = self.cache.get(key)
+        if known is not None:
+            return cast("Measured", msgspec.msgpack.decode(known))
+        value = function(self.pixels, *map(_pixels_of, arguments))
+        self.cache.put(key, msgspec.msgpack.encode(value))
+        return value
+
+    def _key_of(self, function: Callable[..., object], arguments: tuple[object, ...]) -> bytes:
+        named = (each.key if isinstance(each, LazyImage) else each for each in arguments)
+        return _digest(_identity(function), self.key, *named)
+
+
+def _pixels_of(argument: object) -> object:
+    return argument.pixels if isinstance(argument, LazyImage) else argument
+
+
+def _digest(*parts: object) -> bytes:
+    return hashlib.blake2b(repr(parts).encode(), digest_size=_BYTES).digest()
+
+
+@cache
+def _identity(function: Callable[..., object]) -> bytes:
+    """Return what names a function and its code, on this kind of computer."""
+    place = Path(inspect.getfile(function))
+    foreign = b"" if set(PACKAGES.values()) & set(place.parents) else place.read_bytes()
+    return _digest(platform_digest(), package_version(), function.__module__, function.__qualname__, foreign)

@@ -1,5 +1,8 @@
 """Messages to arrays and back."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -8,11 +11,17 @@ from sunset.image_messages import (
     array_of_bgr,
     array_of_depth,
     array_of_labels,
+    bgr_of,
+    depth_of,
+    digest_of_data,
     image_of_bgr,
     image_of_depth,
     image_of_labels,
     stamp_ns,
 )
+from sunset.images import LazyImage, Pixels, digest_of
+from sunset.system_interfaces.msg import SensorFusion
+from sunset_ros.interfaces import deserialize, serialize
 from sunset_ros.interfaces.builtin_interfaces.msg import Time
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.interfaces.std_msgs.msg import Header
@@ -76,3 +85,48 @@ def test_missing_bytes_are_noticed() -> None:
 
 def test_stamps_are_whole_nanoseconds() -> None:
     assert stamp_ns(HEADER) == 3_000_000_007
+
+
+def unseen(pixels: Pixels) -> LazyImage:
+    def look() -> Pixels:
+        raise AssertionError("nobody needs the pixels")
+
+    image = LazyImage(pixels.shape[:2], look, name=lambda: b"", cache=None)
+    image.digest = digest_of(pixels)
+    return image
+
+
+def test_an_image_goes_through_messages_without_its_pixels() -> None:
+    rgb, depth = unseen(BGR), unseen(DEPTH)
+    fused = SensorFusion(rgb=image_of_bgr(HEADER, rgb), depth=image_of_depth(HEADER, depth)).copy()
+    assert (bgr_of(fused.rgb), depth_of(fused.depth)) == (rgb, depth)
+    assert digest_of_data(fused.depth) == digest_of(DEPTH)
+    assert (fused.rgb.height, fused.rgb.width, fused.rgb.step, fused.rgb.header) == (2, 4, 12, HEADER)
+
+
+def test_whoever_looks_at_a_message_sees_the_pixels() -> None:
+    plain = image_of_depth(HEADER, DEPTH)
+    message = image_of_depth(HEADER, LazyImage.of(DEPTH))
+    assert message.copy() == message == plain == message
+    assert message != image_of_depth(HEADER, DEPTH + np.uint16(1))
+    assert deserialize(serialize(message), Image) == plain
+    assert repr(message) == repr(plain).replace("Image(", "LazyMessage(", 1)
+    assert pickle.loads(pickle.dumps(message)) == copy.deepcopy(message) == plain  # noqa: S301  our own
+
+
+def test_assigned_data_replace_the_image() -> None:
+    message = image_of_bgr(HEADER, LazyImage.of(BGR))
+    message.data = image_of_bgr(HEADER, BGR[::-1]).data
+    for each in (message, message.copy()):
+        np.testing.assert_array_equal(bgr_of(each).pixels, BGR[::-1])
+        assert digest_of_data(each) == digest_of(BGR[::-1])
+
+
+def test_an_image_of_another_encoding_or_size_is_not_taken_for_it() -> None:
+    message = image_of_bgr(HEADER, unseen(BGR))
+    with pytest.raises(DataError, match="must have the encoding 16UC1 here, got 'bgr8'"):
+        depth_of(message)
+    message = image_of_bgr(HEADER, LazyImage.of(BGR))
+    message.height = 3
+    with pytest.raises(DataError, match="cannot have 24 bytes"):
+        bgr_of(message)

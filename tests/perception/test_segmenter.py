@@ -10,8 +10,9 @@ import onnxruntime
 import pytest
 
 from sunset.errors import InvalidInputError, MissingExtraError, ModelError
+from sunset.images import ImageCache, LazyImage
 from sunset.metrics import normalised_entropy
-from sunset.perception import InferenceCache, Modality, Model, Segmenter, list_models, load_model
+from sunset.perception import Modality, Model, Segmenter, list_models, load_model
 
 Frame = tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint16]]
 
@@ -126,7 +127,7 @@ def test_a_network_is_warmed_up_by_all_that_segmenting_runs(
             runs.append((outputs, list(inputs)))
             return self._session.run(outputs, inputs)
 
-    cache = InferenceCache(tmp_path / "answers.sqlite")
+    cache = ImageCache(tmp_path / "answers.sqlite")
     segmenter = Segmenter(lite, cache=cache)
     sessions = {modality: Session(modality) for modality in Modality}
     monkeypatch.setattr(Model, "session", lambda _, modality, **__: sessions[modality])

@@ -105,7 +105,7 @@ class _Entry:
 class BagReader:
     """An opened and checked bag, as returned by `read_bag`.
 
-    Threads and forked processes may share it. Each call reads a frame again. Use it as a context manager, or `close` it.
+    Threads and forked processes may share it. Use it as a context manager, or `close` it.
     """
 
     def __init__(self, path: Path, reader: Reader, size: tuple[int, int] | None, reading: Reading) -> None:

@@ -104,7 +104,7 @@ def plan(spec: BenchSpec) -> tuple[RunSpec, ...]:
             settings=settings,
             suite_size=size,
         )
-        # a repetition and a flight at a time: runs that share their frames are neighbours, for the inference cache
+        # a repetition and a flight at a time: runs that share their frames are neighbours, for the cache
         for repetition in range(spec.repetitions)
         for settings in flights or [spec.settings]
         for scenarios, manager in groups

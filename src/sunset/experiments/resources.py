@@ -229,7 +229,10 @@ def _find_flights(specs: Sequence[RunSpec], progress: Stages | None) -> list[Pat
 
 
 def _frames(path: Path, size: tuple[int, int], cache: ImageCache | None) -> tuple[LazyFrames, str]:
-    """Return a bag's frames at a size (height, width), and its checksum; it is opened again if its files have changed."""
+    """Return a bag's frames at a size (height, width), and its checksum.
+
+    The bag is opened again if its files have changed.
+    """
     check_bag_path(path)
     checksum = bag_checksum(path)
     before = _opened.cache_info().hits

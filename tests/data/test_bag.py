@@ -777,24 +777,3 @@ def test_stamps_that_do_not_fit_leave_nothing_behind(tmp_path: Path, stamps: lis
     with pytest.raises(InvalidInputError, match="stamp"):
         write_bag(tmp_path / "bag", make_frames(), stamps)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_frames_that_are_kept_are_the_same_and_are_not_read_again(tmp_path: Path) -> None:
-    with read_bag(write_bag(tmp_path / "bag", make_frames(), STAMPS)) as bag:
-        read = [bag.frame(index) for index in range(3)]
-        bag.keep()
-        shutil.rmtree(bag.path)
-        kept = [bag.frame(index) for index in range(3)]
-        assert all(bag.frame(index) is kept[index] for index in range(3))
-    for one, other in zip(read, kept, strict=True):
-        assert _equal(one, other)
-        assert not any(array.flags.writeable for array in (other.rgb, other.depth, other.labels))
-
-
-def test_more_frames_than_a_process_should_hold_are_not_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("sunset.data.bag._MOST_KEPT", 100)
-    with read_bag(write_bag(tmp_path / "bag", make_frames(), STAMPS)) as bag:
-        bag.keep()
-        assert bag.frame(0) is not bag.frame(0)

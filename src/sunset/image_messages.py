@@ -56,8 +56,9 @@ class LazyMessage(Image):  # noqa: PLW1641  as all messages
             return super().copy()
         new = object.__new__(type(self))
         new.header = self.header.copy()
-        for name in ("height", "width", "encoding", "is_bigendian", "step", "image", "_data"):
-            setattr(new, name, getattr(self, name))
+        new.height, new.width, new.step = self.height, self.width, self.step
+        new.encoding, new.is_bigendian = self.encoding, self.is_bigendian
+        new.image, new._data = self.image, self._data  # noqa: SLF001  of the same class
         return new
 
     def plain(self) -> Image:

@@ -58,7 +58,7 @@ class LazyMessage(Image):  # noqa: PLW1641  as all messages
         new.header = self.header.copy()
         new.height, new.width, new.step = self.height, self.width, self.step
         new.encoding, new.is_bigendian = self.encoding, self.is_bigendian
-        new.image, new._data = self.image, self._data  # noqa: SLF001  of the same class
+        new.image, new._data = self.image, self._data
         return new
 
     def plain(self) -> Image:

@@ -9,15 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from msgspec import Struct
-from rosbags.interfaces import (
-    Connection,
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
+from rosbags.interfaces import Connection
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 
 from sunset.errors import InterfaceError, RecordError, shortage
@@ -37,19 +29,6 @@ _METADATA: Final = "metadata.yaml"
 _DISTRO: Final = "jazzy"  # the first distribution whose bags have this form
 _DIGEST: Final = "/digest"
 """The suffix of topics with digests; ROS 2 tools expect images on the images' own topics."""
-_QOS: Final = Qos(
-    history=QosHistory.KEEP_LAST,
-    depth=10,
-    reliability=QosReliability.RELIABLE,
-    durability=QosDurability.VOLATILE,
-    deadline=QosTime(0, 0),
-    lifespan=QosTime(0, 0),
-    liveliness=QosLiveliness.SYSTEM_DEFAULT,
-    liveliness_lease_duration=QosTime(0, 0),
-    avoid_ros_namespace_conventions=False,
-)
-"""The profile that `ros2 bag play` offers for each topic: the default, as of nearly all topics of the system."""
-
 BAG_FILES: Final = (_FILE, _METADATA)
 """The files of the bag in a record's folder."""
 
@@ -128,8 +107,7 @@ class BagWriter:
             name,
             msgdef=message_definition(kind),
             rihs01=type_hash(kind),
-            offered_qos_profiles=[_QOS],
-        )
+        )  # without a profile of QoS, `ros2 bag play` offers the default
         self._connections[topic, name] = connection
         return connection
 

@@ -19,8 +19,8 @@ from sunset.system import (
 from sunset.system_interfaces.msg import SetBlackboardGroup
 from sunset_ros.interfaces import Message, get_message
 from sunset_ros.interfaces.diagnostic_msgs.msg import DiagnosticArray
+from sunset_ros.interfaces.rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from sunset_ros.node import Node, NodeOptions
-from sunset_ros.parameter import Parameter
 
 _PERIOD_S: Final = 0.1
 
@@ -93,6 +93,11 @@ class Monitor(Node):
             numbers[heartbeat_entry(name)] = frequency = heartbeats.frequency(now)
             texts[state_entry(name)] = self._states[name] if frequency else "unknown"
         numbers |= {key: mean for key, mean in means.items() if mean is not None}
-        values: dict[str, object] = {**numbers, **flags, **texts}
-        group = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+        kind = ParameterType
+        values = {
+            **{key: ParameterValue(type=kind.PARAMETER_DOUBLE, double_value=x) for key, x in numbers.items()},
+            **{key: ParameterValue(type=kind.PARAMETER_BOOL, bool_value=x) for key, x in flags.items()},
+            **{key: ParameterValue(type=kind.PARAMETER_STRING, string_value=x) for key, x in texts.items()},
+        }
+        group = [Parameter(name=name, value=value) for name, value in values.items()]
         self._blackboard.publish(SetBlackboardGroup(bb_params=group))

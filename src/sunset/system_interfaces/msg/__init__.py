@@ -151,10 +151,13 @@ class Command(Message):
         write_string(out, self.service)
         write_string(out, self.node)
         write_string(out, self.kind)
-        write_size(out, len(self.parameters))
-        write_strings(out, self.parameters)
-        write_size(out, len(self.values))
-        write_strings(out, self.values)
+        if len(self.parameters) or len(self.values):
+            write_size(out, len(self.parameters))
+            write_strings(out, self.parameters)
+            write_size(out, len(self.values))
+            write_strings(out, self.values)
+        else:
+            out += PAD4[len(out) & 3] + b"\0" * 8
         out += _STRUCT_0.pack(BOOLS[self.successful])
         write_string(out, self.reason)
 
@@ -166,10 +169,16 @@ class Command(Message):
         new.service, position = read_string(raw, position)
         new.node, position = read_string(raw, position)
         new.kind, position = read_string(raw, position)
-        size, position = read_size(raw, position)
-        new.parameters, position = read_items(raw, position, size, read_string)
-        size, position = read_size(raw, position)
-        new.values, position = read_items(raw, position, size, read_string)
+        position = (position + 3) & -4
+        if raw.startswith(b"\0" * 8, position):
+            new.parameters = []
+            new.values = []
+            position += 8
+        else:
+            size, position = read_size(raw, position)
+            new.parameters, position = read_items(raw, position, size, read_string)
+            size, position = read_size(raw, position)
+            new.values, position = read_items(raw, position, size, read_string)
         (new.successful, ) = _STRUCT_0.unpack_from(raw, position)
         position += 1
         new.reason, position = read_string(raw, position)
@@ -204,17 +213,26 @@ class Diagnosis(Message):
 
     def encode_into(self, out: bytearray) -> None:
         Time.encode_into(self.stamp, out)
-        write_size(out, len(self.faults))
-        write_strings(out, self.faults)
-        write_array(out, self.probabilities, FLOAT64)
+        if len(self.faults) or len(self.probabilities):
+            write_size(out, len(self.faults))
+            write_strings(out, self.faults)
+            write_array(out, self.probabilities, FLOAT64)
+        else:
+            out += PAD4[len(out) & 3] + b"\0" * 8
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         new.stamp, position = Time.decode_from(raw, position)
-        size, position = read_size(raw, position)
-        new.faults, position = read_items(raw, position, size, read_string)
-        new.probabilities, position = read_array(raw, position, FLOAT64)
+        position = (position + 3) & -4
+        if raw.startswith(b"\0" * 8, position):
+            new.faults = []
+            new.probabilities = empty(FLOAT64)
+            position += 8
+        else:
+            size, position = read_size(raw, position)
+            new.faults, position = read_items(raw, position, size, read_string)
+            new.probabilities, position = read_array(raw, position, FLOAT64)
         return new, position
 
 
@@ -465,9 +483,12 @@ class FrameEvaluation(Message):
         Header.encode_into(self.header, out)
         out += PAD8[len(out) & 7]
         out += _STRUCT_4.pack(self.iou)
-        write_array(out, self.intersection, UINT32)
-        write_array(out, self.predicted, UINT32)
-        write_array(out, self.truth, UINT32)
+        if len(self.intersection) or len(self.predicted) or len(self.truth):
+            write_array(out, self.intersection, UINT32)
+            write_array(out, self.predicted, UINT32)
+            write_array(out, self.truth, UINT32)
+        else:
+            out += PAD4[len(out) & 3] + b"\0" * 12
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
@@ -476,9 +497,16 @@ class FrameEvaluation(Message):
         position = ((position + 3) & -8) + 4
         (new.iou, ) = _STRUCT_4.unpack_from(raw, position)
         position += 8
-        new.intersection, position = read_array(raw, position, UINT32)
-        new.predicted, position = read_array(raw, position, UINT32)
-        new.truth, position = read_array(raw, position, UINT32)
+        position = (position + 3) & -4
+        if raw.startswith(b"\0" * 12, position):
+            new.intersection = empty(UINT32)
+            new.predicted = empty(UINT32)
+            new.truth = empty(UINT32)
+            position += 12
+        else:
+            new.intersection, position = read_array(raw, position, UINT32)
+            new.predicted, position = read_array(raw, position, UINT32)
+            new.truth, position = read_array(raw, position, UINT32)
         return new, position
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import chain, groupby
 from keyword import iskeyword
 from struct import calcsize
 from typing import Final, TypeAlias
@@ -162,10 +163,38 @@ def _copied(member: Field) -> str:
     return f"list({value})" if kind.is_array else value
 
 
+def _groups(parts: list[_Part]) -> Iterator[list[_Part]]:
+    """Yield the parts, of several sequences side by side all at once: as a rule they are all empty."""
+    for are_sequences, group in groupby(parts, _is_sequence):
+        members = list(group)
+        yield from [members] if are_sequences else ([part] for part in members)
+
+
+def _is_sequence(part: _Part) -> bool:
+    return isinstance(part, Field) and part.type.is_array and part.type.size is None
+
+
+def _sizes(sequences: list[_Part]) -> str:
+    """Return the source of the sizes of empty sequences, as they are encoded."""
+    return rf'b"\0" * {4 * len(sequences)}'
+
+
+def _either(condition: str, lines: list[str], others: list[str]) -> list[str]:
+    indented = [f"    {line}" for line in lines], [f"    {line}" for line in others]
+    return [f"if {condition}:", *indented[0], "else:", *indented[1]]
+
+
 def _encoder(parts: list[_Part], structs: Structs) -> Iterator[str]:
     yield "def encode_into(self, out: bytearray) -> None:"
-    for part in parts:
-        lines = _encode_run(part, structs) if isinstance(part, _Run) else _encode_field(part)
+    for group in _groups(parts):
+        encoded = (
+            _encode_run(part, structs) if isinstance(part, _Run) else _encode_field(part) for part in group
+        )
+        lines = list(chain.from_iterable(encoded))
+        if len(group) > 1:
+            sizes = " or ".join(f"len(self.{part.name})" for part in group if isinstance(part, Field))
+            empty = f"out += PAD4[len(out) & 3] + {_sizes(group)}"
+            lines = _either(sizes, lines, [empty])
         yield from (f"    {line}" for line in lines)
     if not parts:
         yield "    out.append(0)"
@@ -210,8 +239,16 @@ def _decoder(parts: list[_Part], structs: Structs) -> Iterator[str]:
         yield "    return cls(), read_dummy(raw, position)"
         return
     yield "    new = object.__new__(cls)"
-    for part in parts:
-        lines = _decode_run(part, structs) if isinstance(part, _Run) else _decode_field(part)
+    for group in _groups(parts):
+        decoded = (
+            _decode_run(part, structs) if isinstance(part, _Run) else _decode_field(part) for part in group
+        )
+        lines = list(chain.from_iterable(decoded))
+        if len(group) > 1:
+            yield f"    {_ALIGN[4]}"
+            empty = [f"new.{part.name} = {_empty(part.type)}" for part in group if isinstance(part, Field)]
+            empty.append(f"position += {4 * len(group)}")
+            lines = _either(f"raw.startswith({_sizes(group)}, position)", empty, lines)
         yield from (f"    {line}" for line in lines)
     yield "    return new, position"
 
@@ -263,12 +300,16 @@ def _default(member: Field) -> str:
         value = _literal(member.default)
         return f"array_of({value}, {kind.base.upper()})" if kind.is_numpy else value
     if kind.is_array and kind.size is None:
-        return f"empty({kind.base.upper()})" if kind.is_numpy else "[]"
+        return _empty(kind)
     if kind.is_numpy:
         return f"np.zeros({kind.size}, {kind.base.upper()})"
     if kind.is_array:
         return f"[{_default_element(kind)} for _ in range({kind.size})]"
     return _default_element(kind)
+
+
+def _empty(kind: FieldType) -> str:
+    return f"empty({kind.base.upper()})" if kind.is_numpy else "[]"
 
 
 def _default_element(kind: FieldType) -> str:

@@ -32,4 +32,5 @@ from sunset.experiments.spec import CHECK_SCENARIO as CHECK_SCENARIO
 from sunset.experiments.spec import DEFAULT_SCENARIO as DEFAULT_SCENARIO
 from sunset.experiments.spec import RunSpec as RunSpec
 from sunset.experiments.spec import scenario_of as scenario_of
+from sunset.experiments.world import World as World
 from sunset.recording import count_runs as count_runs

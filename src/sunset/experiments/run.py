@@ -25,8 +25,8 @@ from sunset.experiments.manager import (
 from sunset.experiments.observer import Observer, shown_topics
 from sunset.experiments.resources import Resources, flight_name, prepare, prepare_runs, warn_of_walls
 from sunset.experiments.settings import STORED
-from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec, stored_faults
+from sunset.experiments.world import World
 from sunset.files.sources import package_version
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.executor import is_at_once
@@ -230,10 +230,14 @@ def _run_simulated(
         def run_isolated(watch: Watch) -> tuple[int, str, Evidence, Sequence[str]]:
             with system_with(fault.name for fault in spec.scenario.faults):
                 observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
-                start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
+                world = World(spec, resources, observer, watch)
+                world.let_in(manager)
+                if played:
+                    world.play_back(played)
+                start_ns = world.finish()
             manager.process.kill()
             writer.hand_over()
-            return start_ns, failure, observer.evidence, observer.violations
+            return start_ns, world.failure, observer.evidence, observer.violations
 
         checksum = manager.checksum()
         _check_same(spec.manager, checksum, known)

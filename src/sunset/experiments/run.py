@@ -98,7 +98,7 @@ def run_prepared(
     The managing system's files must have the checksum `known`, if any. `wanted` chooses topics whose images are kept.
     In the simulation, the commands `played` of a record are played back.
     """
-    record = _describe(spec, resources)
+    record = describe(spec, resources)
     with RecordWriter(folder, images=spec.settings.images, wanted=wanted) as writer:
         conduct = _run_live if spec.settings.live else partial(_run_simulated, played=played)
         outcome = conduct(spec, resources, writer, log=log, known=known)
@@ -151,7 +151,7 @@ def record_failure(
 ) -> None:
     """Write the record of a run whose managing system or extension failed: without messages or figures."""
     failed = replace(
-        _describe(spec, resources),
+        describe(spec, resources),
         manager_checksum=manager_checksum,
         manager_failed=reason,
         metrics=dict.fromkeys(RunMetrics.names()),
@@ -274,7 +274,7 @@ def _check_same(manager: str, checksum: str, known: str | None) -> None:
         )
 
 
-def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
+def describe(spec: RunSpec, resources: Resources) -> RunRecord:
     """Return the record of a run before it has a result: its full specification, without paths and wall clock."""
     settings, card, timing, live = spec.settings, resources.model.card, spec.timing, spec.settings.live
     described = RunRecord(

@@ -1,6 +1,7 @@
 """The environment keeps Gymnasium's rules, and pays what a run of the same decisions is worth."""
 
 import pickle
+import re
 import subprocess
 import sys
 import warnings
@@ -16,20 +17,14 @@ from gymnasium.utils.env_checker import check_env
 import sunset
 from sunset.errors import InvalidInputError
 from sunset.gym import Policy, RepairEnv, UntilSymptomsChange
+from sunset.system import current_system, extended_system
 
 SCENARIO = "camera_driver_issue+image_degradation"
-MANY = (
-    "restart camera",
-    "redeploy depth",
-    "set sensor_fusion.modality to 1",
-    "restart sensor_fusion, or redeploy it",
-)
-
 pytestmark = pytest.mark.usefixtures("flight")
 
 
 def made(**options: Any) -> RepairEnv:
-    chosen = {"scenarios": [SCENARIO], "seeds": [1], "duration": 5.0} | options
+    chosen: dict[str, Any] = {"scenarios": [SCENARIO], "seeds": [1], "duration": 5.0} | options
     env = gymnasium.make("sunset/Repair-v0", disable_env_checker=True, **chosen).unwrapped
     assert isinstance(env, RepairEnv)
     return env
@@ -79,9 +74,9 @@ def test_the_rewards_add_up_to_the_utility_of_a_confined_run_of_the_same_decisio
 
 
 def test_a_scenario_without_labels_known_to_the_catalogue_pays_as_its_run_does() -> None:
-    env = made(scenarios=["wild"])
+    env = made(scenarios="wild")
     env.reset(options={"scenario": "wild/glare"})
-    total, info = env.play(lambda _, mask: 0)
+    total, info = env.play(lambda *_: 0)
     run = sunset.run("wild/glare", "none", seed=1, duration=5.0)
 
     assert total == pytest.approx(run.metrics.utility, abs=1e-9)
@@ -92,10 +87,11 @@ def test_a_scenario_without_labels_known_to_the_catalogue_pays_as_its_run_does()
 def test_cures_are_paid_for_when_they_are_there() -> None:
     env, paying = made(), made(cure_reward=0.5)
     number = env.action_names.index("restart camera")
+    camera = list(current_system().topics).index("rgb_camera")
 
     def repair(observation: dict[str, Any], mask: object) -> int:
         del mask
-        stopped = observation["frequencies"][0] == 0 and not observation["frequencies_missing"][0]
+        stopped = observation["frequencies"][camera] == 0 and not observation["frequencies_missing"][camera]
         return number if stopped and observation["since"][number - 1] > 2 else 0
 
     env.reset()
@@ -134,12 +130,12 @@ def test_a_fork_does_not_change_the_episode_that_it_is_of() -> None:
         env.step(0)
     repair = env.action_names.index("restart camera, or redeploy it")
     idle = env.fork(lambda copy: copy.play(lambda *_: 0))
-    repaired = env.fork(lambda copy: (copy.step(repair)[1] + copy.play(lambda *_: 0)[0], {}))
+    repaired = env.fork(lambda copy: copy.step(repair)[1] + copy.play(lambda *_: 0)[0])
 
     total, info = env.play(lambda *_: 0)
 
     assert idle == [total, info]
-    assert repaired[0] > total
+    assert repaired > total
 
 
 def test_observations_and_masks_are_new_each_time_and_show_what_was_done() -> None:
@@ -168,7 +164,7 @@ def test_other_forms_say_the_same() -> None:
     text, _ = made(observation="text").reset()
 
     assert graph.nodes.shape == (5, 5 + 2 + 4 + 7 + 19)
-    assert graph.edge_links.tolist() == [[0, 2], [0, 3], [1, 3], [2, 3], [3, 4]]
+    assert graph.edge_links.tolist() == [[0, 2], [1, 3], [0, 3], [2, 3], [3, 4]]
     assert "camera_lc_state: active\n" in text
 
 
@@ -207,9 +203,30 @@ def test_a_frame_is_drawn_under_its_segmentation() -> None:
     frame = env.render()
 
     assert frame is not None
-    assert (frame.shape, frame.dtype) == ((144, 256, 3), np.uint8)
+    assert (frame.shape, frame.dtype) == ((144, 256, 3), np.dtype(np.uint8))
     assert frame.std() > 10
     assert made().render() is None
+
+
+def test_extensions_add_their_nodes_and_adaptations_to_the_environment(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
+    source, *_ = (
+        block
+        for block in re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+        if "EXTENSION" in block
+    )
+    extension = tmp_path / "mine.py"
+    extension.write_text(source, encoding="utf-8")
+    with extended_system([extension]):
+        system = current_system()
+    new = set(system.adaptations) - set(current_system().adaptations)
+    env = made(extensions=extension)
+    check_env(env, skip_render_check=True)
+    _, rewards, info = drawn_actions(env)
+
+    assert {str(adaptation) for adaptation in new} < set(env.action_names)
+    assert sum(rewards) == pytest.approx(info["utility"])
+    assert made().action_names != env.action_names
 
 
 def test_the_splits_scenarios_are_drawn() -> None:
@@ -228,7 +245,7 @@ def test_the_splits_scenarios_are_drawn() -> None:
 )
 def test_arguments_are_checked(options: dict[str, Any], message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
-        made(**options)
+        RepairEnv(**options)
 
 
 def test_steps_out_of_turn_are_refused() -> None:

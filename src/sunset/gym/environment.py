@@ -4,7 +4,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from contextvars import Context, copy_context
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, SupportsInt, TypeVar
+from typing import Any, Final, SupportsInt
 
 import gymnasium
 import numpy as np
@@ -29,7 +29,6 @@ from sunset.system import system_with
 from sunset_ros.task import Future
 from sunset_ros.texts import shown, suggestion
 
-T = TypeVar("T")
 Scenarios = str | Path | Sequence[str | Path | Scenario]
 
 _MOST_SEEDS: Final = 2**32
@@ -41,18 +40,18 @@ _SEE_THROUGH: Final = 0.5
 class _Seat(Policy):
     """The managing system of an episode, whose actions are told from outside."""
 
-    asked: Symptoms | None = None
-    """The symptoms that an action is due for."""
+    is_asked = False
+    """Whether an action is due."""
     answer: Future[int]
 
-    def view(self, symptoms: Symptoms) -> Any:
+    def view(self, _: Symptoms) -> Any:
         """Make no observation: the environment does, in the form that its user wants."""
-        return symptoms, None
+        return None, None
 
     def act(self, observation: Any, action_mask: Mask) -> Awaitable[int]:
         """Wait for the action."""
-        del action_mask
-        self.asked, self.answer = observation, Future()
+        del observation, action_mask
+        self.is_asked, self.answer = True, Future()
         return self.answer
 
 
@@ -61,7 +60,6 @@ class _Episode:
 
     Attributes:
         seat: its managing system.
-        symptoms: the latest that an action was due for.
         referee: sees its truth.
     """
 
@@ -82,16 +80,14 @@ class _Episode:
 
     def _advance(self) -> bool:
         seat = self.seat
-        goes_on = self._world.advance_until(lambda: seat.asked is not None)
+        goes_on = self._world.advance_until(lambda: seat.is_asked)
         if not goes_on:
             self._world.finish()
-        elif seat.asked is not None:
-            self.symptoms = seat.asked
         return not goes_on
 
     def begin(self, action: int) -> None:
         """Begin an action."""
-        self.seat.asked = None
+        self.seat.is_asked = False
         self.seat.answer.set_result(action)
 
     def gain(self, cure_reward: float) -> float:
@@ -233,13 +229,13 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
 
     def action_masks(self) -> npt.NDArray[np.bool_]:
         """Return which actions can have an effect, (number of actions,)."""
-        allowed = self._context.run(self._episode.seat.actions.allowed, self._episode.symptoms)
+        allowed = self._context.run(self._episode.seat.actions.allowed, self._episode.seat.symptoms)
         return np.array(allowed, np.bool_)
 
     @property
     def situation(self) -> tuple[str, ...]:
         """What differs from a healthy system at the last decision, in words; empty for a healthy one."""
-        return self._context.run(self._episode.seat.sight.situation, self._episode.symptoms)
+        return self._context.run(lambda: self._episode.seat.situation)
 
     def play(self, policy: Callable[[Any, Mask], SupportsInt]) -> tuple[float, dict[str, Any]]:
         """Let a policy act to the end of the episode; return the sum of the rewards, and the last `info`.
@@ -253,7 +249,7 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
             total += reward
         return total, info
 
-    def fork(self, function: "Callable[[RepairEnv], T]") -> T:
+    def fork(self, function: "Callable[[RepairEnv], object]") -> Any:
         """Call a function with a copy of this environment, in the middle of its episode, and return the result.
 
         The copy is in a forked process. What the function does there has no effect here.
@@ -292,8 +288,8 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
         if self._is_over:
             info["utility"] = episode.utility
         else:
-            info["action_mask"] = np.array(episode.seat.actions.allowed(episode.symptoms), np.int8)
-        return self._observe(episode.seat.sight, episode.symptoms), info
+            info["action_mask"] = np.array(episode.seat.actions.allowed(episode.seat.symptoms), np.int8)
+        return self._observe(episode.seat.sight, episode.seat.symptoms), info
 
 
 def _named(scenarios: Scenarios) -> tuple[Scenario, ...]:

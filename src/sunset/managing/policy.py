@@ -161,6 +161,11 @@ class Policy(ManagingSystem):
 
     While an action takes several decisions, `act` is not called.
 
+    Attributes:
+        patience: after how many decisions `act` is called again if the situation has not changed; 1 unless a subclass
+            says otherwise.
+        symptoms: the latest.
+
     Example:
         A policy that restarts a node when its topic has stopped::
 
@@ -169,6 +174,11 @@ class Policy(ManagingSystem):
                     stopped = (observation["frequencies"] == 0) & (observation["frequencies_missing"] == 0)
                     return self.actions.names.index("restart camera") if stopped[0] else 0
     """
+
+    patience = 1
+    symptoms: Symptoms
+    _waited = 0
+    _before: tuple[str, ...] = ()
 
     def act(self, observation: dict[str, Array], action_mask: Mask) -> int | Awaitable[int]:
         """Return the number of an action, or what can be awaited for it; override this.
@@ -181,10 +191,24 @@ class Policy(ManagingSystem):
 
     async def adapt(self, symptoms: Symptoms) -> None:  # type: ignore[override]  # it may be a coroutine
         """Go on with an action, or begin the action that `act` chooses."""
-        if self.actions.proceed(symptoms):
+        self.symptoms = symptoms
+        if self.actions.proceed(symptoms) or self._waits():
             return
         choice = self.act(*self.view(symptoms))
         self.actions.begin(int(await choice if isinstance(choice, Awaitable) else choice))
+
+    def _waits(self) -> bool:
+        """Return whether to wait for another situation."""
+        if 0 < self._waited < self.patience and self.situation == self._before:
+            self._waited += 1
+            return True
+        self._waited, self._before = 1, self.situation if self.patience > 1 else ()
+        return False
+
+    @property
+    def situation(self) -> tuple[str, ...]:
+        """What differs from a healthy system, in words."""
+        return self.sight.situation(self.symptoms)
 
     def view(self, symptoms: Symptoms) -> tuple[dict[str, Array], Mask]:
         """Return the arguments of `act`."""

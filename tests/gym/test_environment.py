@@ -185,6 +185,32 @@ def test_waiting_returns_when_the_situation_changes_and_loses_no_reward() -> Non
     assert ("rgb_camera has stopped", "sensors_fused has stopped", "segmentation has stopped") in situations
 
 
+def test_a_patient_policy_decides_as_an_agent_behind_the_wrapper_does() -> None:
+    env = made()
+    waiting, chosen, over = UntilSymptomsChange(env, longest=7), [], False
+    env.reset()
+    while not over:
+        repair = "restart camera, or redeploy it" if env.situation else "nothing"
+        chosen.append((repair, env.situation))
+        _, _, _, over, info = waiting.step(env.action_names.index(repair))
+
+    class Patient(Policy):
+        patience = 7
+
+        def act(self, observation: object, action_mask: object) -> int:
+            del observation, action_mask
+            repair, situation = left.pop(0)
+            assert self.situation == situation
+            return self.actions.names.index(repair)
+
+    left = chosen[:]
+    run = sunset.run(SCENARIO, Patient, seed=1, duration=5.0)
+
+    assert run.metrics.utility == info["utility"]
+    assert run.record.manager_failed is None
+    assert len({situation for _, situation in chosen}) > 1
+
+
 @pytest.mark.parametrize("kind", ["sync", "async"])
 def test_vectors_of_environments_step(kind: str) -> None:
     vector = gymnasium.make_vec("sunset/Repair-v0", 2, kind, scenarios=[SCENARIO], duration=2.0)

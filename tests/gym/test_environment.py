@@ -73,9 +73,10 @@ def test_the_rewards_add_up_to_the_utility_of_a_confined_run_of_the_same_decisio
     assert run.metrics.cost_frames > 0
 
 
-def test_a_scenario_without_labels_known_to_the_catalogue_pays_as_its_run_does() -> None:
+def test_a_scenario_with_an_unlisted_fault_pays_as_its_run_does_and_adds_no_action() -> None:
     env = made(scenarios="wild")
-    env.reset(options={"scenario": "wild/glare"})
+    observation, _ = env.reset(options={"scenario": "wild/glare"})
+    assert env.observation_space.contains(observation)
     total, info = env.play(lambda *_: 0)
     run = sunset.run("wild/glare", "none", seed=1, duration=5.0)
 

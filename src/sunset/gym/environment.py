@@ -44,6 +44,10 @@ class _Seat(Policy):
     """Whether an action is due."""
     answer: Future[int]
 
+    def on_start(self) -> None:
+        """Number the actions now, while the system has no unlisted faults."""
+        _ = self.sight  # it is made when it is first used
+
     def view(self, _: Symptoms) -> Any:
         """Make no observation: the environment does, in the form that its user wants."""
         return None, None
@@ -156,13 +160,7 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
         extensions: Extensions = (),
         **options: Any,
     ) -> None:
-        if observation not in FORMS:
-            raise InvalidInputError(
-                f"There is no observation {shown(observation)}: {suggestion(observation, FORMS)}choose one of "
-                f"{', '.join(FORMS)}."
-            )
-        if render_mode not in {None, *self.metadata["render_modes"]}:
-            raise InvalidInputError(f"The render mode must be rgb_array or None, got {shown(render_mode)}.")
+        _check_forms(observation, render_mode)
         with extended(extensions):
             self._context: Context = copy_context()
             make_space, self._observe = FORMS[observation]
@@ -252,7 +250,7 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
     def fork(self, function: "Callable[[RepairEnv], object]") -> Any:
         """Call a function with a copy of this environment, in the middle of its episode, and return the result.
 
-        The copy is in a forked process. What the function does there has no effect here.
+        The copy is in a forked process, so that the call has no effect here.
 
         Args:
             function: such as `lambda env: env.play(policy)`; returns what JSON can hold, in which tuples become lists.
@@ -300,3 +298,13 @@ def _named(scenarios: Scenarios) -> tuple[Scenario, ...]:
 
 def _drawn(split: str, count: int, seed: int, *, flights: bool) -> tuple[Scenario, ...]:
     return draw_split(SplitSpec(split=split, count=count, seed=seed, flights=flights))
+
+
+def _check_forms(observation: str, render_mode: str | None) -> None:
+    if observation not in FORMS:
+        raise InvalidInputError(
+            f"There is no observation {shown(observation)}: {suggestion(observation, FORMS)}choose one of "
+            f"{', '.join(FORMS)}."
+        )
+    if render_mode not in {None, *RepairEnv.metadata["render_modes"]}:
+        raise InvalidInputError(f"The render mode must be rgb_array or None, got {shown(render_mode)}.")

@@ -35,7 +35,7 @@ def found(bag: BagReader, tmp_path_factory: pytest.TempPathFactory) -> FlightThr
     with pytest.MonkeyPatch.context() as patch:
         folder = tmp_path_factory.mktemp("cache")
         patch.setenv("SUNSET_CACHE_DIR", str(folder))
-        answers = folder / "inference.sqlite"
+        answers = folder / "images.sqlite"
         fitted, found = fit_to_flight(MODEL, bag, jobs=1, cache=answers)
         assert found is not None
         thresholds = fitted.card.entropy_threshold, fitted.card.sharpness_threshold

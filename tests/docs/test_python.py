@@ -1,4 +1,4 @@
-"""The page and the notebook about Python do what they say."""
+"""The pages and the notebook about Python do what they say."""
 
 import contextlib
 import io
@@ -14,9 +14,10 @@ DOCS = Path(__file__).parents[2] / "docs"
 pytestmark = pytest.mark.usefixtures("flight")
 
 
-def test_the_page_prints_what_it_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("page", ["python.md", "learning.md"])
+def test_the_page_prints_what_it_shows(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    text = (DOCS / "python.md").read_text(encoding="utf-8")
+    text = (DOCS / page).read_text(encoding="utf-8")
     blocks = re.findall(r"^```(python|text)\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
     names: dict[str, Any] = {"__name__": "page"}
     printed = ""

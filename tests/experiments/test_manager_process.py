@@ -285,7 +285,7 @@ class Reader(ManagingSystem):
         pass
 """
 HIDDEN = {
-    "cache/inference.sqlite": ("", "is where SUNSET keeps flights and their labels"),
+    "cache/images.sqlite": ("", "is where SUNSET keeps flights and their labels"),
     "beside.mcap": ("", "which is a bag"),
     "runs/run.json": ("{}", "which is of the record of a run"),
     "suite/wet.yaml": ("name: wet\nfaults: [gpu_failure]\n", "which is a scenario"),

@@ -14,12 +14,14 @@ from sunset.experiments.checking import ManagerCheck as ManagerCheck
 from sunset.experiments.checking import check_manager as check_manager
 from sunset.experiments.cluster import connected_scheduler as connected_scheduler
 from sunset.experiments.manager import manager_checksum as manager_checksum
+from sunset.experiments.observer import Observer as Observer
 from sunset.experiments.resources import cache_file as cache_file
 from sunset.experiments.resources import missing_networks as missing_networks
 from sunset.experiments.resources import model_checksum as model_checksum
 from sunset.experiments.resources import prepare as prepare
 from sunset.experiments.resources import prepare_runs as prepare_runs
 from sunset.experiments.resources import warn_of_walls as warn_of_walls
+from sunset.experiments.run import describe as describe
 from sunset.experiments.run import keep_last_run as keep_last_run
 from sunset.experiments.run import last_run as last_run
 from sunset.experiments.run import run as run
@@ -32,4 +34,5 @@ from sunset.experiments.spec import CHECK_SCENARIO as CHECK_SCENARIO
 from sunset.experiments.spec import DEFAULT_SCENARIO as DEFAULT_SCENARIO
 from sunset.experiments.spec import RunSpec as RunSpec
 from sunset.experiments.spec import scenario_of as scenario_of
+from sunset.experiments.world import World as World
 from sunset.recording import count_runs as count_runs

@@ -25,8 +25,8 @@ from sunset.experiments.manager import (
 from sunset.experiments.observer import Observer, shown_topics
 from sunset.experiments.resources import Resources, flight_name, prepare, prepare_runs, warn_of_walls
 from sunset.experiments.settings import STORED
-from sunset.experiments.simulated import run_simulated
 from sunset.experiments.spec import RunSpec, stored_faults
+from sunset.experiments.world import World
 from sunset.files.sources import package_version
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.executor import is_at_once
@@ -98,7 +98,7 @@ def run_prepared(
     The managing system's files must have the checksum `known`, if any. `wanted` chooses topics whose images are kept.
     In the simulation, the commands `played` of a record are played back.
     """
-    record = _describe(spec, resources)
+    record = describe(spec, resources)
     with RecordWriter(folder, images=spec.settings.images, wanted=wanted) as writer:
         conduct = _run_live if spec.settings.live else partial(_run_simulated, played=played)
         outcome = conduct(spec, resources, writer, log=log, known=known)
@@ -151,7 +151,7 @@ def record_failure(
 ) -> None:
     """Write the record of a run whose managing system or extension failed: without messages or figures."""
     failed = replace(
-        _describe(spec, resources),
+        describe(spec, resources),
         manager_checksum=manager_checksum,
         manager_failed=reason,
         metrics=dict.fromkeys(RunMetrics.names()),
@@ -230,10 +230,14 @@ def _run_simulated(
         def run_isolated(watch: Watch) -> tuple[int, str, Evidence, Sequence[str]]:
             with system_with(fault.name for fault in spec.scenario.faults):
                 observer = Observer(writer, shown=shown_topics(spec.manager), task=spec.settings.task)
-                start_ns, failure = run_simulated(spec, resources, watch, manager, observer, played=played)
+                world = World(spec, resources, observer, watch)
+                world.let_in(manager)
+                if played:
+                    world.play_back(played)
+                start_ns = world.finish()
             manager.process.kill()
             writer.hand_over()
-            return start_ns, failure, observer.evidence, observer.violations
+            return start_ns, world.failure, observer.evidence, observer.violations
 
         checksum = manager.checksum()
         _check_same(spec.manager, checksum, known)
@@ -270,7 +274,7 @@ def _check_same(manager: str, checksum: str, known: str | None) -> None:
         )
 
 
-def _describe(spec: RunSpec, resources: Resources) -> RunRecord:
+def describe(spec: RunSpec, resources: Resources) -> RunRecord:
     """Return the record of a run before it has a result: its full specification, without paths and wall clock."""
     settings, card, timing, live = spec.settings, resources.model.card, spec.timing, spec.settings.live
     described = RunRecord(

@@ -140,9 +140,9 @@ class Settings:
     cache: bool = _option(
         True,
         "cache",
-        "simulation: look inferences up in the user's cache folder, and keep them there",
+        "simulation: look up what is computed from images in the user's cache folder, and keep it there",
         flag="--no-cache",
-        help="simulation: compute every inference again instead of looking it up",
+        help="simulation: compute everything from images again instead of looking it up",
     )
     manager_limit_s: Annotated[
         float, Meta(gt=0, le=_LONGEST_LIMIT_S, title="managing system's time limit [s]")

@@ -18,6 +18,7 @@ from sunset.metrics.episodes import spells_of as spells_of
 from sunset.metrics.run_metrics import RunMetrics as RunMetrics
 from sunset.metrics.run_metrics import downtime as downtime
 from sunset.metrics.run_metrics import score as score
+from sunset.metrics.run_metrics import utility as utility
 from sunset.metrics.run_metrics import utility_of as utility_of
 from sunset.metrics.timeline import NUMBER_OF_CLASSES as NUMBER_OF_CLASSES
 from sunset.metrics.timeline import Command as Command
@@ -31,3 +32,4 @@ from sunset.metrics.timeline import Timeline as Timeline
 from sunset.metrics.treatments import FATES as FATES
 from sunset.metrics.treatments import FaultOutcome as FaultOutcome
 from sunset.metrics.treatments import Settings as Settings
+from sunset.metrics.treatments import faults_cured as faults_cured

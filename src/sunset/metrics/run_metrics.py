@@ -105,12 +105,14 @@ def score(timeline: Timeline) -> RunMetrics:
     faults = faults_of(timeline)
     sent = timeline.message_times.get(RESULT_TOPIC, np.empty(0))
     down_s = downtime(sent, period_s=timeline.period_s, duration_s=timeline.duration_s)
-    cost = sum(current_system().price(part.kind) for part in parts)
+    cost = _cost(executed)
     quality = _quality_figures(timeline, faults, cost)
     outcomes, masked_s = fault_outcomes(timeline, faults, failures, parts, quality["iou_healthy"])
     needless = tuple(part for part in parts if not any(treats(part, fault) for fault in faults))
+    frames, taken = timeline.frames, _is_measured(timeline.frames.times, timeline)
     return RunMetrics(
         **quality,
+        miou=accumulated_iou(frames.intersection[taken], frames.predicted[taken], frames.truth[taken]),
         cost_frames=cost,
         t_down_s=down_s,
         availability=1.0 - down_s / timeline.duration_s,
@@ -129,6 +131,18 @@ def score(timeline: Timeline) -> RunMetrics:
         outcomes=outcomes,
         needless_adaptations=needless,
     )
+
+
+def utility(timeline: Timeline) -> float | None:
+    """Return a run's utility as `score` does, without the other figures; counts of pixels may be missing."""
+    executed = executed_adaptations(timeline.commands, until_s=timeline.duration_s)
+    value: float | None = _quality_figures(timeline, faults_of(timeline), _cost(executed))["utility"]
+    return value
+
+
+def _cost(executed: Iterable[ExecutedAdaptation]) -> float:
+    """Return the sum of the prices of adaptations, in frames."""
+    return sum(current_system().price(part.kind) for call in executed for part in call.parts)
 
 
 def downtime(times: npt.NDArray[np.float64], *, period_s: float, duration_s: float) -> float:
@@ -159,10 +173,7 @@ def downtime(times: npt.NDArray[np.float64], *, period_s: float, duration_s: flo
 def _quality_figures(timeline: Timeline, faults: Sequence[Injection], cost: float) -> dict[str, Any]:
     """Return the figures of the frames taken in [0, duration), and the healthy IoU."""
     frames = timeline.frames
-    taken, unknown = (
-        (times >= -TOLERANCE_S) & (times < timeline.duration_s - TOLERANCE_S)
-        for times in (frames.times, timeline.without_truth)
-    )
+    taken, unknown = (_is_measured(times, timeline) for times in (frames.times, timeline.without_truth))
     count, without_truth = int(taken.sum()), int(unknown.sum())
     # live, a frame's truth may be lost
     expected = max(timeline.expected_frames - without_truth, count) if timeline.has_truth else 0
@@ -174,13 +185,16 @@ def _quality_figures(timeline: Timeline, faults: Sequence[Injection], cost: floa
     return {
         "iou": total / count if count else None,
         "iou_all": whole,
-        "miou": accumulated_iou(frames.intersection[taken], frames.predicted[taken], frames.truth[taken]),
         "frames_without_truth": without_truth,
         "iou_healthy": healthy,
         "utility": None
         if whole is None or healthy is None
         else utility_of(whole, cost, healthy, timeline.expected_frames),
     }
+
+
+def _is_measured(times: npt.NDArray[np.float64], timeline: Timeline) -> npt.NDArray[np.bool_]:
+    return (times >= -TOLERANCE_S) & (times < timeline.duration_s - TOLERANCE_S)
 
 
 def _episode_figures(failures: Sequence[Episode], executed: Sequence[ExecutedAdaptation]) -> dict[str, Any]:

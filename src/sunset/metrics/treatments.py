@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from sunset.metrics.adaptations import ExecutedAdaptation
+from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations
 from sunset.metrics.episodes import Episode
 from sunset.metrics.timeline import Amount, Injection, Setting, Timeline
 from sunset.system import (
@@ -121,6 +121,28 @@ def faults_of(timeline: Timeline) -> tuple[Injection, ...]:
     return tuple(faults)
 
 
+def faults_cured(timeline: Timeline) -> int:
+    """Return how many faults are cured, as `fault_outcomes` counts them."""
+    settings = Settings(timeline.settings)
+    executed = executed_adaptations(timeline.commands, until_s=timeline.duration_s)
+    parts = [part for call in executed for part in call.parts]
+    return sum(
+        _cured(
+            fault,
+            settings.in_place(fault.fault, fault.time, _until(fault, timeline)),
+            parts,
+            timeline.duration_s,
+        )
+        is not None
+        for fault in faults_of(timeline)
+    )
+
+
+def _until(fault: Injection, timeline: Timeline) -> float:
+    """Return when a fault ended, or the experiment [s]."""
+    return timeline.duration_s if fault.ended is None else min(fault.ended, timeline.duration_s)
+
+
 def fault_outcomes(
     timeline: Timeline,
     faults: Sequence[Injection],
@@ -138,7 +160,7 @@ def fault_outcomes(
     is_bad = timeline.frames.iou < MASKING_SHARE * (healthy or 0.0)
     outcomes, masks = [], []
     for fault in faults:
-        until = timeline.duration_s if fault.ended is None else min(fault.ended, timeline.duration_s)
+        until = _until(fault, timeline)
         in_place = settings.in_place(fault.fault, fault.time, until)
         hidden = _hidden(timeline, fault, until, episodes=episodes, parts=parts, in_place=in_place)
         masks.append(is_bad & hidden)

@@ -17,6 +17,7 @@ from sunset.recording.reader import read_messages as read_messages
 from sunset.recording.reader import read_stored_run as read_stored_run
 from sunset.recording.reader import read_timeline as read_timeline
 from sunset.recording.reader import story_topics as story_topics
+from sunset.recording.requests import request_of as request_of
 from sunset.recording.schema import PLAN_VERSION as PLAN_VERSION
 from sunset.recording.schema import SCORE_REFERENCES as SCORE_REFERENCES
 from sunset.recording.schema import TABLE_REFERENCES as TABLE_REFERENCES

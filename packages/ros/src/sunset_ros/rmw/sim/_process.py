@@ -157,8 +157,8 @@ class SimProcess(Middleware):
             self.end()
 
     def send(self, leave: Callable[..., None], payload: object) -> None:
-        """Call `leave(payload)` when the running callback ends, or now if no callback runs."""
-        if self.network.executing is self:
+        """Call `leave(payload)` when the callback that this process is busy with ends, or now if there is none."""
+        if self._busy:
             self._outbox.append((leave, payload))
         else:
             leave(payload)

@@ -11,14 +11,15 @@ from sunset.managing import MANAGERS
 from sunset.scenarios import suite, suite_names
 from sunset_ros.seeding import generator
 
-TIMING = Timing(duration_s=2.0, warm_up_s=0.4, period_s=0.2)
+DURATION_S = 2.0
+TIMING = Timing(duration_s=DURATION_S, warm_up_s=0.4, period_s=0.2)
 
 
 def drawn(number: int) -> RunSpec:
     rng = generator(number, "lookup")
     scenarios = suite(str(rng.choice(suite_names())))
     return RunSpec(
-        scenario=beginning(scenarios[int(rng.integers(len(scenarios)))], TIMING.duration_s),
+        scenario=beginning(scenarios[int(rng.integers(len(scenarios)))], DURATION_S),
         manager=str(rng.choice(sorted(set(MANAGERS)))),
         seed=int(rng.integers(1000)),
         settings=Settings(timing=TIMING),

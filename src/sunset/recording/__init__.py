@@ -19,6 +19,7 @@ from sunset.recording.reader import read_timeline as read_timeline
 from sunset.recording.reader import story_topics as story_topics
 from sunset.recording.schema import PLAN_VERSION as PLAN_VERSION
 from sunset.recording.schema import SCORE_REFERENCES as SCORE_REFERENCES
+from sunset.recording.schema import SETTINGS as SETTINGS
 from sunset.recording.schema import TABLE_REFERENCES as TABLE_REFERENCES
 from sunset.recording.schema import CampaignPlan as CampaignPlan
 from sunset.recording.schema import RunRecord as RunRecord

@@ -32,7 +32,7 @@ def rows(manager: str, task: str = "repair", **figures: float) -> list[RunRow]:
     first, second = (run(manager, "timed", seed, scenario="timed/a") for seed in (1, 2))
     pairs = ((first, found), (second, found | {"faults_detected": 1, "brier": 0.2}))
     return [
-        replace(one, settings=SETTINGS | {"task": task}, metrics={**one.metrics, **figures})
+        replace(one, settings={**SETTINGS, "task": task}, metrics={**one.metrics, **figures})
         for one, figures in pairs
     ]
 

@@ -47,7 +47,7 @@ def run(
         model=model,
         setting="0f",
         flight=flight,
-        settings=SETTINGS | {"thinking_s": thinking_s},
+        settings={**SETTINGS, "thinking_s": thinking_s},
         middleware=middleware,
         version=version,
         digest="",
@@ -213,7 +213,7 @@ def test_a_row_of_a_part_of_a_suite_says_so() -> None:
 
 @pytest.mark.parametrize("name", SETTINGS)
 def test_runs_with_other_settings_are_other_rows(name: str) -> None:
-    other = replace(run(), settings=SETTINGS | {name: "diagnose" if name == "task" else 0.5})
+    other = replace(run(), settings={**SETTINGS, name: "diagnose" if name == "task" else 0.5})
 
     usual, unusual = sorted(names(run(), other))
 

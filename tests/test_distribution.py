@@ -24,7 +24,7 @@ def test_links_of_the_readme_lead_to_the_repository_that_the_citation_names(tmp_
 
     text, here = metadata["readme"]["text"], "https://host.example/group/sunset"
     assert metadata["urls"]["Repository"] == here
-    assert f"[docs/metrics.md]({here}/blob/v0.1.0/docs/metrics.md)" in text
+    assert f"]({here}/blob/v0.1.0/docs/metrics.md)" in text
     assert f"]({here}/raw/v0.1.0/docs/pictures/overview.webp)" in text
     assert f"git clone {here} sunset" in text
     assert "](docs/" not in text

@@ -10,6 +10,7 @@ from sunset.evaluation.report import FORMATS, format_report
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import score_tables
 from sunset.evaluation.summary import summarise
+from sunset.recording import SETTINGS
 
 FIGURES = {
     "diagnoses": 5,
@@ -30,7 +31,10 @@ def rows(manager: str, task: str = "repair", **figures: float) -> list[RunRow]:
     found = FIGURES | figures
     first, second = (run(manager, "timed", seed, scenario="timed/a") for seed in (1, 2))
     pairs = ((first, found), (second, found | {"faults_detected": 1, "brier": 0.2}))
-    return [replace(one, task=task, metrics={**one.metrics, **figures}) for one, figures in pairs]
+    return [
+        replace(one, settings={**SETTINGS, "task": task}, metrics={**one.metrics, **figures})
+        for one, figures in pairs
+    ]
 
 
 def diagnoses_of(runs: list[RunRow]) -> str:

@@ -181,7 +181,7 @@ def test_remarks_say_who_was_run_less_and_which_runs_are_left_out() -> None:
     other = [replace(one, model="reference") for one in runs("none", seeds=(1,))]
     assert figures([*runs("baseline"), *runs("oracle", seeds=(1, 2)), *other])["fates"].missing == [
         "Managing systems have different numbers of valid runs: baseline 3, oracle 2.",
-        "1 run of other models, middlewares, thinking times or versions are left out.",
+        "1 run of other models, middlewares, settings or versions are left out.",
     ]
 
 

@@ -1,9 +1,11 @@
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from sunset.evaluation.results import FIGURES, Flight, RunRow
 from sunset.evaluation.summary import summarise
+from sunset.recording import SETTINGS
 from sunset.scenarios import scenario_names, suite, suite_size
 
 HEALTHY: dict[str, float | None] = {
@@ -45,7 +47,7 @@ def run(
         model=model,
         setting="0f",
         flight=flight,
-        thinking_s=thinking_s,
+        settings={**SETTINGS, "thinking_s": thinking_s},
         middleware=middleware,
         version=version,
         digest="",
@@ -207,6 +209,16 @@ def test_a_row_of_a_part_of_a_suite_says_so() -> None:
     assert names(run(suite="mine", scenario="mine/a", thinking_s=0.05)) == [
         "baseline (mine) [thinking 0.05 s]"
     ]
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_runs_with_other_settings_are_other_rows(name: str) -> None:
+    other = replace(run(), settings={**SETTINGS, name: "diagnose" if name == "task" else 0.5})
+
+    usual, unusual = sorted(names(run(), other))
+
+    assert usual == "baseline"
+    assert unusual.startswith("baseline [")
 
 
 def test_the_order_of_runs_does_not_matter() -> None:

@@ -29,7 +29,7 @@ class Suite(NamedTuple):
 
 
 class Setup(NamedTuple):
-    """Comparable runs: of the same model, middleware, thinking time and version of SUNSET."""
+    """Comparable runs: of the same model, middleware, numeric settings and version of SUNSET."""
 
     common: str  # their common properties, in a sentence
     suites: Sequence[Suite]  # in the order of figures
@@ -98,7 +98,7 @@ def _remarks(systems: Systems, others: int) -> Iterator[str]:
     if len({len(runs) for runs in systems.values()}) > 1:
         yield f"Managing systems have different numbers of valid runs: {', '.join(counts)}."
     if others:
-        yield f"{counted(others, 'run')} of other models, middlewares, thinking times or versions are left out."
+        yield f"{counted(others, 'run')} of other models, middlewares, settings or versions are left out."
 
 
 def _flight_name(run: RunRow) -> str:
@@ -107,7 +107,7 @@ def _flight_name(run: RunRow) -> str:
 
 def _facts(run: RunRow) -> tuple[str, ...]:
     version = f"SUNSET {run.version or 'of an unknown version'}"
-    return (f"model {run.model}", f"middleware {run.middleware}", f"thinking {run.thinking_s:g} s", version)
+    return (f"model {run.model}", f"middleware {run.middleware}", *run.amounts.values(), version)
 
 
 def _duration(run: RunRow) -> str:

@@ -152,10 +152,12 @@ def render_runs(folder: Path, form: str, *, recompute: bool = False, progress: P
 
 def run_fields(run: RunRow, folder: Path) -> dict[str, object]:
     """Return a run's row, column by column, with its folder relative to `folder`."""
-    names = ("middleware", "task", "thinking_s", "version", "valid")
+    names = ("version", "valid")
     return {
         **{name: getattr(run, name) for name in ("scenario", "suite", "manager", "seed", "model")},
         **run.flight.to_json(),
+        "middleware": run.middleware,
+        **run.settings,
         **{name: getattr(run, name) for name in names},
         "failed": bool(run.failed),
         "reason": run.reason,

@@ -14,8 +14,8 @@ from sunset.errors import RecordError
 from sunset.evaluation.intervals import Cluster
 from sunset.metrics import Evidence, FaultOutcome, RunMetrics, score
 from sunset.processes.workers import Progress
-from sunset.recording import differences, read_run, read_timeline, stored_figures
-from sunset.system import DURATION_S, REPAIR
+from sunset.recording import SETTINGS, differences, read_run, read_timeline, stored_figures
+from sunset.system import DURATION_S
 from sunset.texts.names import PLAN_FILE, RUN_FILE
 
 FIGURES: Final = RunMetrics.names()
@@ -24,7 +24,7 @@ FIGURES: Final = RunMetrics.names()
 _CHECKSUM: Final = 8  # digits of a short checksum
 _SAME: Final = (
     *("scenario", "suite", "manager", "seed", "model", "middleware", "digest", "valid", "reason", "evidence"),
-    *("task", "is_empty"),
+    *("settings", "is_empty"),
 )
 """The fields of a row that `run.json` has, too."""
 
@@ -83,8 +83,7 @@ class RunRow:
     faults: str = ""  # a short checksum of the scenario's faults
     alike: str = ""  # the degradations by which runs are clustered, else the outages
     suite_size: int = 0  # the number of scenarios in its suite; 0 if it is unknown
-    task: str = REPAIR  # of its managing system, `repair` or `diagnose`
-    thinking_s: float = 0.0  # the experiment's time that each decision took
+    settings: Mapping[str, float | str] = field(default_factory=lambda: SETTINGS)  # on which results depend
     version: str = ""  # of SUNSET and of extensions; empty if it is unknown
     others: Mapping[str, str] = field(default_factory=dict)  # package → version, as in `run.json`
     valid: bool = True
@@ -101,9 +100,23 @@ class RunRow:
         return Cluster(self.alike or self.scenario, self.flight, self.seed)
 
     @property
-    def conditions(self) -> tuple[str, Flight, str, float, str, str]:
+    def task(self) -> str:
+        """The task of its managing system, `repair` or `diagnose`."""
+        return str(self.settings["task"])
+
+    @property
+    def amounts(self) -> dict[str, str]:
+        """The settings that are numbers, in words, by name, such as `thinking 0.05 s`."""
+        numbers = {name: value for name, value in self.settings.items() if not isinstance(value, str)}
+        return {
+            name: f"{name.removesuffix('_s')} {value:g}{' s' if name.endswith('_s') else ''}"
+            for name, value in numbers.items()
+        }
+
+    @property
+    def conditions(self) -> tuple[object, ...]:
         """The common properties of the runs of a row."""
-        return (self.model, self.flight, self.task, self.thinking_s, self.middleware, self.version)
+        return (self.model, self.flight, *self.settings.values(), self.middleware, self.version)
 
     @property
     def experiment(self) -> tuple[object, ...]:
@@ -203,7 +216,6 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         setting=_checksum({"model_checksums": run.model_checksums, **run.thresholds}),
         flight=Flight(run.duration_s, run.bag_looped, run.bag_checksum, run.flight),
         sources=run.manager_checksum[:_CHECKSUM],
-        thinking_s=run.thinking_s or 0.0,
         faults=_checksum({"faults": to_builtins(run.faults)}),
         alike=run.alike or "",
         suite_size=run.suite_size or 0,

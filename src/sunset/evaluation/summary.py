@@ -110,7 +110,7 @@ def summarise(rows: Iterable[RunRow]) -> list[SystemRow]:
     """Return a row for each managing system and suite, the paper's two reference rows first.
 
     Runs of different models, flights, middlewares or versions are in different rows, whose names say which if there are
-    several. Names also mark looped flights, unusual durations, incomplete suites and thinking time. Invalid runs count
+    several. Names also mark looped flights, unusual durations, incomplete suites, and settings. Invalid runs count
     for no figure, and are listed.
     """
     return [SystemRow(name, group) for name, group in named_groups(rows)]
@@ -174,7 +174,7 @@ def setting_label(run: RunRow, runs: Sequence[RunRow], part: str = "", *, by_fli
         + part
         + run.flight.label(bag=by_flight and several_bags)
         + (f" [{run.task}]" if run.task != REPAIR else "")
-        + (f" [thinking {run.thinking_s:g} s]" if run.thinking_s else "")
+        + "".join(f" [{text}]" for name, text in run.amounts.items() if run.settings[name])
         + (f" [{run.middleware}]" if several_middlewares else "")
         + (f" [sunset {run.version or 'unknown'}]" if several_versions else "")
     )

@@ -10,11 +10,11 @@ from msgspec import UNSET
 from sunset.errors import RecordError
 from sunset.experiments.resources import Resources, prepare
 from sunset.experiments.run import run_prepared
-from sunset.experiments.settings import STORED, Settings, Timing
+from sunset.experiments.settings import Settings, Timing
 from sunset.experiments.spec import RunSpec, scenario_of
 from sunset.flights import FlightSpec
 from sunset.managing import MANAGERS, checksum, is_registered
-from sunset.recording import RunRecord, StoredRun, image_digests, read_messages, read_run
+from sunset.recording import SETTINGS, RunRecord, StoredRun, image_digests, read_messages, read_run
 from sunset.recording.reader import check_extensions, first_difference
 from sunset.system_interfaces.msg import Command
 from sunset_ros.rmw.backends import SIMULATED
@@ -165,7 +165,7 @@ def _spec_of(
             timing=Timing(**known(field.name for field in fields(Timing))),
             device=stored.device,
             images=images,
-            **known(STORED),
+            **known(SETTINGS),
         ),
     )
 

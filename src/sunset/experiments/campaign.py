@@ -13,14 +13,21 @@ from sunset.errors import InvalidInputError
 from sunset.experiments.manager import manager_checksum
 from sunset.experiments.resources import Resources, flight_name, flight_plan, model_checksum
 from sunset.experiments.run import versions
-from sunset.experiments.settings import STORED, Settings
+from sunset.experiments.settings import Settings
 from sunset.experiments.spec import RunSpec
 from sunset.files.outputs import folder_name
 from sunset.files.schemas import check_fields
 from sunset.flights import parse_flights
 from sunset.managing import EXTERNAL, split_label
 from sunset.perception import load_model
-from sunset.recording import PLAN_VERSION, SCORE_REFERENCES, TABLE_REFERENCES, CampaignPlan, StoredFlight
+from sunset.recording import (
+    PLAN_VERSION,
+    SCORE_REFERENCES,
+    SETTINGS,
+    TABLE_REFERENCES,
+    CampaignPlan,
+    StoredFlight,
+)
 from sunset.scenarios import Scenario, load_suite, split_hash, suite
 from sunset.system import REPAIR, loaded_extensions
 from sunset.texts.names import base_name
@@ -179,7 +186,7 @@ def describe_campaign(
         versions=versions(),
         extensions={extension.name: extension.checksum for extension in loaded_extensions()},
         **{name: getattr(spec, name) for name in names},
-        **{name: getattr(settings, name) for name in ("model", "loop", "middleware", "speed", *STORED)},
+        **{name: getattr(settings, name) for name in ("model", "loop", "middleware", "speed", *SETTINGS)},
     )
 
 

@@ -24,7 +24,6 @@ from sunset.experiments.manager import (
 )
 from sunset.experiments.observer import Observer, shown_topics
 from sunset.experiments.resources import Resources, flight_name, prepare, prepare_runs, warn_of_walls
-from sunset.experiments.settings import STORED
 from sunset.experiments.spec import RunSpec, stored_faults
 from sunset.experiments.world import World
 from sunset.files.sources import package_version
@@ -36,6 +35,7 @@ from sunset.processes.calls import Watch
 from sunset.processes.confinement.walls import WALLS, missing_walls
 from sunset.processes.workers import Stages
 from sunset.recording import (
+    SETTINGS,
     RecordedMessage,
     RecordWriter,
     RunRecord,
@@ -308,7 +308,7 @@ def describe(spec: RunSpec, resources: Resources) -> RunRecord:
         valid=True,
         reason="",
     )
-    stored = {name: getattr(settings, name) or UNSET for name in STORED}
+    stored = {name: getattr(settings, name) or UNSET for name in SETTINGS}
     return replace(_with_flight(described, spec, resources), **stored)
 
 

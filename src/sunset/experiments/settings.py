@@ -30,15 +30,12 @@ _WARM_UP_S: Final = (3.0, 6.0)
 """Least and greatest length of the warm-up that a seed draws."""
 
 
-def _option(default: Any, name: str, text: str, *, is_stored: bool = False, **words: Any) -> Any:
+def _option(default: Any, name: str, text: str, **words: Any) -> Any:
     """Return a field that is an option: its name, a description, and arguments of `ArgumentParser.add_argument`.
 
-    Its `flag` is derived from the name, and its `help` is the description, unless they are given. Records and plans
-    have a field for a stored setting.
+    Its `flag` is derived from the name, and its `help` is the description, unless they are given.
     """
-    return field(
-        default=default, metadata={"option": name, "help": text, "is_stored": is_stored, "words": words}
-    )
+    return field(default=default, metadata={"option": name, "help": text, "words": words})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,14 +162,12 @@ class Settings:
         "task",
         "what the managing system does: repair; or diagnose only, where all adaptations are refused",
         choices=TASKS,
-        is_stored=True,
     )
     thinking_s: Annotated[float, Meta(ge=0, le=_DURATIONS_S[1], title="time to think [s]")] = _option(
         0.0,
         "thinking",
         "seconds of the experiment that every decision of the managing system takes",
         metavar="S",
-        is_stored=True,
     )
     middleware: str = _option(
         SIMULATED,
@@ -233,9 +228,6 @@ OPTIONS: Final = MappingProxyType(
     }
 )
 """The settings that are options: name of the option → field."""
-
-STORED: Final = tuple(setting.name for setting in OPTIONS.values() if setting.metadata["is_stored"])
-"""The settings that records and plans keep under their own names."""
 
 
 class Options(TypedDict, total=False):

@@ -20,6 +20,7 @@ from sunset.recording.reader import story_topics as story_topics
 from sunset.recording.requests import request_of as request_of
 from sunset.recording.schema import PLAN_VERSION as PLAN_VERSION
 from sunset.recording.schema import SCORE_REFERENCES as SCORE_REFERENCES
+from sunset.recording.schema import SETTINGS as SETTINGS
 from sunset.recording.schema import TABLE_REFERENCES as TABLE_REFERENCES
 from sunset.recording.schema import CampaignPlan as CampaignPlan
 from sunset.recording.schema import RunRecord as RunRecord

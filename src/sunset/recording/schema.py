@@ -8,6 +8,7 @@ import reprlib
 from collections.abc import Mapping
 from dataclasses import MISSING, astuple, fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Final
 
 import msgspec
@@ -30,6 +31,12 @@ TABLE_REFERENCES: Final = (("nofault", "none"), ("degraded", "none"))
 """The suites and managing systems of the first two rows of the paper's table."""
 SCORE_REFERENCES: Final = ("none", "oracle")
 """The managing systems with the scores 0 and 1."""
+
+SETTINGS: Final[Mapping[str, float | str]] = MappingProxyType({"task": REPAIR, "thinking_s": 0.0})
+"""The settings on which results depend: field of `RunRecord`, `CampaignPlan` and `Settings` → default.
+
+Reports separate runs in which they differ. A record lacks a setting that is 0.
+"""
 
 _REMEDY: Final = "run it again, or use --recompute"
 _Period = Annotated[float, Meta(gt=0.001, le=MOST)]
@@ -153,6 +160,11 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     def is_empty(self) -> bool:
         """Whether the run failed as a whole, and left neither messages nor figures."""
         return self.manager_failed is not None and self.start_ns is UNSET
+
+    @property
+    def settings(self) -> dict[str, float | str]:
+        """The values of `SETTINGS`."""
+        return {name: getattr(self, name) or default for name, default in SETTINGS.items()}
 
     @property
     def thresholds(self) -> dict[str, float]:

@@ -14,6 +14,7 @@ from sunset.api.bundling import bundle, verify
 from sunset.api.bundling.verifying import Verification
 from sunset.api.catalogue import generate_split
 from sunset.experiments import BenchSpec, bench
+from sunset.recording import SETTINGS as RESULT_SETTINGS
 from sunset.recording import read_plan
 from sunset.recording._bag import Payload, digest_of, read_bag, write_bag
 from sunset.scenarios import load_scenario, split_hash
@@ -118,6 +119,9 @@ def test_what_is_run_for_the_score_is_verified_too(flight: Path, tmp_path: Path)
     assert sorted(read_plan(tmp_path / "results").manager_checksums) == ["baseline", "none", "oracle"]
 
 
+OTHERS: dict[str, object] = {name: "diagnose" if name == "task" else 0.5 for name in RESULT_SETTINGS}
+"""Other values of the settings on which results depend."""
+
 DAMAGES: dict[str, tuple[Edit, str, str]] = {
     "figure": (
         changed(f"{WET}/run.json", metrics__t_down_s=0.5),
@@ -163,6 +167,14 @@ DAMAGES: dict[str, tuple[Edit, str, str]] = {
         WET,
         "its versions.numpy is '1.0.0', and '",
     ),
+    **{
+        f"another {name}": (
+            changed(f"{WET}/run.json", **{name: value}),
+            WET,
+            f"its {name} is {value!r}, and ",
+        )
+        for name, value in OTHERS.items()
+    },
     "plan of unknown sources": (
         changed("campaign/bench.json", manager_checksums={}),
         MINE,
@@ -199,6 +211,7 @@ TOGETHER = (
     "model",
     "source",
     "source beside it",
+    *(f"another {name}" for name in OTHERS),
 )
 """Damages that do not hide each other."""
 

@@ -13,7 +13,15 @@ from sunset.files.sources import package_version
 from sunset.metrics import score
 from sunset.perception import ModelCard
 from sunset.processes.workers import Progress
-from sunset.recording import CampaignPlan, RunRecord, differences, read_run, read_timeline, stored_figures
+from sunset.recording import (
+    SETTINGS,
+    CampaignPlan,
+    RunRecord,
+    differences,
+    read_run,
+    read_timeline,
+    stored_figures,
+)
 from sunset.system import loaded_extensions
 from sunset.texts.names import PLAN_FILE, RUN_FILE, base_name
 from sunset.texts.sentences import counted
@@ -108,9 +116,8 @@ def _planned(run: RunRecord, plan: CampaignPlan) -> dict[str, object]:
         "middleware": plan.middleware,
         "bag_checksum": plan.bag_checksum if facts is None else facts.bag_checksum,
         "bag_looped": plan.loop,
-        "task": plan.task,
-        "thinking_s": plan.thinking_s or UNSET,
         "extensions": plan.extensions or UNSET,
+        **{name: getattr(plan, name) or UNSET for name in SETTINGS},
         **timing,
     }
 

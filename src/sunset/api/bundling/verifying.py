@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, Self
 
 from msgspec import UNSET, structs
 
@@ -18,10 +18,11 @@ from sunset.api.bundling.archive import (
     CAMPAIGN,
     CHECKSUMS_FILE,
     REPORT_FILE,
+    SPLIT,
     differing_files,
     extract_archive,
 )
-from sunset.api.bundling.checks import Findings, check_campaign
+from sunset.api.bundling.checks import Findings, check_campaign, differing_scenarios
 from sunset.api.bundling.packing import description_of
 from sunset.api.bundling.sources import ManagerSources, OpenedBundle, differing_sources, manager_folder
 from sunset.errors import DataError, InvalidInputError, ManagerError, RecordError
@@ -45,7 +46,7 @@ _OF_THIS_COMPUTER: Final = {"versions", "manager_versions", "missing_walls", "ma
 
 
 @dataclass(frozen=True)
-class _Rerun:
+class Rerun:
     """The greatest number of second runs, the seed of their choice, and the arguments of `sunset.verify` for them."""
 
     number: int
@@ -53,6 +54,39 @@ class _Rerun:
     trust: bool = False
     model: str | None = None
     bag: Path | None = None
+
+    @classmethod
+    def of(
+        cls,
+        run_again: int,
+        seed: int | None,
+        *,
+        trust: bool = False,
+        model: str | Path | None = None,
+        bag: str | Path | None = None,
+    ) -> Self:
+        """Return the second runs that the arguments of `verify` ask for.
+
+        Raises:
+            InvalidInputError: an argument is not usable.
+        """
+        number = whole_of(run_again)
+        if type(number) is not int or number < 0:
+            raise InvalidInputError(
+                f"The number of runs to run again must be at least 0, got {shown(run_again)}."
+            )
+        rerun = cls(
+            number=number,
+            seed=secrets.randbelow(_SEEDS) if seed is None else check_seed(whole_of(seed)),
+            trust=trust,
+            model=None if model is None else str(as_path(model, "model")),
+            bag=optional_path(bag, "bag"),
+        )
+        if rerun.model is not None:
+            load_model(rerun.model)
+        if rerun.bag is not None and not rerun.bag.exists():
+            raise DataError(f"There is no bag {rerun.bag}: name the campaign's, or leave it out.")
+        return rerun
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,22 +166,8 @@ def verify(
         RecordError: it is not a bundle, is of another version, or is not fit to be opened.
         InvalidInputError: another argument is not usable.
     """
-    number, file = whole_of(run_again), as_path(path, "bundle")
-    if type(number) is not int or number < 0:
-        raise InvalidInputError(
-            f"The number of runs to run again must be at least 0, got {shown(run_again)}."
-        )
-    rerun = _Rerun(
-        number=number,
-        seed=secrets.randbelow(_SEEDS) if seed is None else check_seed(whole_of(seed)),
-        trust=trust,
-        model=None if model is None else str(as_path(model, "model")),
-        bag=optional_path(bag, "bag"),
-    )
-    if rerun.model is not None:
-        load_model(rerun.model)
-    if rerun.bag is not None and not rerun.bag.exists():
-        raise DataError(f"There is no bag {rerun.bag}: name the campaign's, or leave it out.")
+    file = as_path(path, "bundle")
+    rerun = Rerun.of(run_again, seed, trust=trust, model=model, bag=bag)
     with tempfile.TemporaryDirectory(prefix="sunset-") as room:
         root = Path(room).resolve() / "bundle"
         extract_archive(file, root)
@@ -164,7 +184,7 @@ def verify(
 
 
 def _verify(
-    path: Path, opened: OpenedBundle, rerun: _Rerun, problems: list[str], progress: Progress | None
+    path: Path, opened: OpenedBundle, rerun: Rerun, problems: list[str], progress: Progress | None
 ) -> Verification:
     """Check the campaign of a bundle; `problems` were found in its files and sources."""
     plan = opened.plan
@@ -180,6 +200,8 @@ def _verify(
             f"SUNSET {plan.versions.get('sunset')} made the bundle, and this is {package_version()}: its code differs, "
             "results may, too. Verify with that version."
         )
+    if findings.has_extensions:
+        findings.results.extend(differing_scenarios(findings, plan, opened.root, opened.root / SPLIT))
     findings.results.extend(_differing_table(opened, findings))
     chosen = _choose_runs(opened, findings, rerun)
     for done, place in enumerate(chosen, 1):
@@ -200,7 +222,7 @@ def _verify(
     )
 
 
-def _checked(opened: OpenedBundle, findings: Findings, rerun: _Rerun, again: int) -> Iterator[str]:
+def _checked(opened: OpenedBundle, findings: Findings, rerun: Rerun, again: int) -> Iterator[str]:
     plan = opened.plan
     files = counted(sum(file.is_file() for file in opened.root.rglob("*")), "file")
     yield f"files: {files} against {CHECKSUMS_FILE}"
@@ -228,7 +250,7 @@ def _differing_table(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
             )
 
 
-def _choose_runs(opened: OpenedBundle, findings: Findings, rerun: _Rerun) -> list[Path]:
+def _choose_runs(opened: OpenedBundle, findings: Findings, rerun: Rerun) -> list[Path]:
     """Return the runs to repeat, chosen at random among those that can be; note why others cannot."""
     if not rerun.number:
         findings.unchecked.append("No run was run again, as was asked for.")
@@ -244,7 +266,7 @@ def _choose_runs(opened: OpenedBundle, findings: Findings, rerun: _Rerun) -> lis
     return [able[number] for number in sorted(map(int, picked))]
 
 
-def _obstacles(opened: OpenedBundle, run: RunRecord, rerun: _Rerun) -> Iterator[str]:
+def _obstacles(opened: OpenedBundle, run: RunRecord, rerun: Rerun) -> Iterator[str]:
     """Yield the reasons why a run cannot be repeated."""
     plan, name = opened.plan, run.manager
     if run.middleware != SIMULATED:
@@ -272,7 +294,7 @@ def _manager(opened: OpenedBundle, run: RunRecord) -> str:
 
 
 def _rerun_run(
-    opened: OpenedBundle, place: Path, findings: Findings, rerun: _Rerun, into: Path
+    opened: OpenedBundle, place: Path, findings: Findings, rerun: Rerun, into: Path
 ) -> Iterator[str]:
     """Repeat a run into a new folder; yield a sentence for each difference."""
     run = findings.runs[place]

@@ -1,0 +1,299 @@
+"""The page of a leaderboard: managing systems of many bundles, in a table for each group of comparable campaigns."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import PurePath
+from typing import Final
+
+from msgspec import json, structs
+
+from sunset.evaluation.figure_frame import SHIPPED
+from sunset.evaluation.formats import Block, Cell, Column, Line, Link, Quantity, Report, as_html, plain
+from sunset.evaluation.intervals import INTERVALS
+from sunset.evaluation.layout import (
+    DIAGNOSIS_COLUMNS,
+    FAULT_COLUMNS,
+    FIRST_COLUMNS,
+    diagnosis_cells,
+    interval_cell,
+    lead_notes,
+    p_text,
+    score_line,
+)
+from sunset.evaluation.results import RunRow
+from sunset.evaluation.scores import ScoreRow, ScoreTable, score_table
+from sunset.evaluation.summary import SystemRow, manager_names
+from sunset.recording import CampaignPlan
+from sunset.scenarios import SplitDescription
+from sunset.system import REPAIR
+from sunset.texts.sentences import counted, listed
+from sunset_ros.rmw.backends import SIMULATED
+
+_SCORE, _NEEDLESS, _CURED = (FIRST_COLUMNS[place] for place in (1, 4, 5))
+_COLUMNS: Final = (
+    Column(
+        "knows", "what it looked at, and is ranked by: nothing, symptoms, images, or (the oracle) the faults"
+    ),
+    Column("kind", "SUNSET's own, a Python class, a program, or a process on ROS 2's network"),
+    _SCORE,
+    Column(
+        "pairs won",
+        "against the row above: the share of common scenarios, flights and seeds in which it has more "
+        "utility, ties by half; p of the difference in utility, adjusted after Holm",
+    ),
+    _CURED,
+    _NEEDLESS,
+    FAULT_COLUMNS["cost_frames"],
+    DIAGNOSIS_COLUMNS[2],
+    Column("run again", "runs that the maintainer ran again, of all; they left the same messages"),
+    Column("date", "of the bundle, by its authors"),
+    Column("bundle", "the campaign, with the source of its managing systems"),
+)
+_BUNDLE_COLUMNS: Final = (
+    _COLUMNS[-2],
+    Column("authors", "as the bundle names them"),
+    Column("checked", "everything that was checked, and what was not"),
+    Column("run again", _COLUMNS[-3].meaning),
+    Column("made with", "the versions that results depend on"),
+    Column("SHA-256", "of the bundle, its first digits"),
+    Column("file", "the bundle"),
+)
+_DIGITS: Final = 16
+_OTHER_RUNS: Final = (
+    "its run of {run.manager} in {run.scenario}, seed {run.seed}, has other messages than the same run in {other}: one "
+    "of them was changed, or made with other packages; run its campaign again here."
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Submission:
+    """A bundle that was verified.
+
+    Attributes:
+        name: of the bundle on the page, unique there.
+        runs: of the campaign's suite.
+        managers: managing system → the specification by which the campaign loads it.
+        scenarios: SHA-256 of the scenarios that were run.
+        split: the split of the campaign; None for another suite.
+        is_drawn_again: whether the split was drawn again from its published salt.
+        date: of publication, such as 2026-03-14.
+        again: managing system → how many of its runs were run again.
+        sha256: of the bundle.
+        bundle: the address of the bundle on the page.
+        check: the address of the result of its verification.
+    """
+
+    name: str
+    plan: CampaignPlan
+    runs: Sequence[RunRow]
+    managers: Mapping[str, str]
+    scenarios: str
+    split: SplitDescription | None
+    is_drawn_again: bool
+    date: str
+    authors: str
+    again: Mapping[str, int]
+    sha256: str
+    bundle: str
+    check: str
+
+    @property
+    def suite(self) -> str:
+        """The name of its suite, or the last part of the suite's folder."""
+        return self.runs[0].suite or PurePath(self.plan.suite).name
+
+    @property
+    def group(self) -> bytes:
+        """What comparable campaigns have in common: all of the plan but the managing systems, and the scenarios."""
+        others: dict[str, object] = {
+            "managers": (),
+            "manager_checksums": {},
+            "references": False,
+            "score": False,
+        }
+        others |= {"runs": 0, "bag": None, "suite": self.runs[0].suite, "scenarios": ()}
+        versions = {"sunset": self.plan.versions.get("sunset", "")}
+        plan = structs.replace(self.plan, scenarios_checksum=self.scenarios, versions=versions, **others)
+        return json.encode(plan, order="deterministic")
+
+
+@dataclass
+class Group:
+    """Campaigns with the same scenarios, seeds, flights, model and settings.
+
+    Attributes:
+        systems: the name of a row → its runs.
+        owners: the name of a row → the bundle that it is from.
+        notes: a sentence for each row that a later bundle has, too.
+    """
+
+    systems: dict[str, list[RunRow]] = field(default_factory=dict)
+    owners: dict[str, Submission] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def add(self, submission: Submission) -> str:
+        """Add the managing systems of a bundle; return why it is refused, or an empty text.
+
+        Simulated runs of SUNSET's own managing systems, among them the references of scores, must be the same in all
+        bundles. A managing system with the same source and the same runs as an earlier row is not added again.
+        """
+        known = {
+            (run.manager, run.sources, run.experiment): (run.digest, self.owners[name].name)
+            for name, runs in self.systems.items()
+            for run in runs
+            if run.manager in SHIPPED and run.middleware == SIMULATED
+        }
+        for run in submission.runs:
+            digest, other = known.get((run.manager, run.sources, run.experiment), (run.digest, ""))
+            if digest != run.digest:
+                return _OTHER_RUNS.format(run=run, other=other)
+        rows = {_content(runs): name for name, runs in self.systems.items()}
+        by_manager: dict[str, list[RunRow]] = {}
+        for run in submission.runs:
+            by_manager.setdefault(run.manager, []).append(run)
+        new = {name: runs for name, runs in by_manager.items() if _content(runs) not in rows}
+        if not new:
+            others = dict.fromkeys(self.owners[rows[_content(runs)]].name for runs in by_manager.values())
+            return f"all of its runs are in {listed([*others])} already."
+        names = manager_names(set(by_manager))
+        for manager, runs in by_manager.items():
+            if manager not in new:
+                row = rows[_content(runs)]
+                if manager not in SHIPPED:
+                    same = f"{row} of {self.owners[row].name}"
+                    self.notes.append(
+                        f"{names[manager]} of {submission.name} has the source and the runs of {same}."
+                    )
+                continue
+            name = (
+                names[manager]
+                if names[manager] not in self.systems
+                else f"{names[manager]} ({submission.name})"
+            )
+            self.systems[name], self.owners[name] = runs, submission
+        return ""
+
+    def table(self) -> ScoreTable:
+        """Return the scores of all rows."""
+        return score_table(self._example.suite, self.systems)
+
+    @property
+    def _example(self) -> Submission:
+        return next(iter(self.owners.values()))
+
+    def block(self, table: ScoreTable) -> Block:
+        """Return the table of the group; managing systems that looked at images are ranked apart."""
+        rows = sorted(table.rows, key=lambda row: row.evidence == "images")
+        if self._example.plan.task != REPAIR:
+            rows.sort(
+                key=lambda row: -SystemRow(row.system, self.systems[row.system]).total("faults_identified")
+            )
+        above: list[ScoreRow | None] = [None, *rows]
+        lines = [self._line(row, higher, table) for row, higher in zip(rows, above, strict=False)]
+        title = f"{table.title[:1].upper()}{table.title[1:]}, {_seeds(self._example.plan)}"
+        return Block(title, _COLUMNS, lines, "", about=self._about())
+
+    def _line(self, row: ScoreRow, above: ScoreRow | None, table: ScoreTable) -> Line:
+        summary, owner = SystemRow(row.system, self.systems[row.system]), self.owners[row.system]
+        label, runs, (evidence, score, _, _, needless, cured) = score_line(row)
+        harm = f"harm {plain(interval_cell(row.harm))}"
+        repairs, cost = owner.plan.task == REPAIR, summary.estimates["cost_frames"]
+        cells = (
+            evidence,
+            _kind(owner.managers.get(row.manager, row.manager)),
+            (harm if row.is_calm else score) if repairs else None,
+            _won(row, above, table) if repairs else None,
+            cured,
+            needless,
+            Quantity(cost.mean) if cost else None,
+            diagnosis_cells(summary)[2] if summary.total("diagnoses") else None,
+            f"{owner.again.get(row.manager, 0)}/{row.runs}",
+            owner.date,
+            Link(owner.name, owner.bundle),
+        )
+        return Line(label, runs, cells)
+
+    def _about(self) -> str:
+        """Return what all campaigns of the group have in common, with the hashes that pin it."""
+        one, run = self._example, self._example.runs[0]
+        flights = dict.fromkeys(f"{run.flight.name or 'own'} ({run.flight.short_bag})" for run in one.runs)
+        number = len({run.scenario for run in one.runs})
+        common = (
+            f"{counted(number, 'scenario')} of {run.flight.duration_s:g} s, {_seeds(one.plan)}; task: {run.task}; "
+            f"flight {', '.join(flights)}; model {run.model} ({one.plan.model_checksum[:8]}); middleware "
+            f"{run.middleware}; SUNSET {run.version}."
+        )
+        texts = [common, f"Scenarios: SHA-256 {one.scenarios}."]
+        if one.split:
+            texts.append(f"Split {one.split.split}: SHA-256 {one.split.sha256}.")
+            drawn = "were drawn from it again" if one.is_drawn_again else "were not drawn from it again"
+            salt = f"The salt has the SHA-256 {one.split.salt_sha256}; the scenarios {drawn}."
+            texts += [salt] if one.split.salt_sha256 else []
+        return " ".join(texts)
+
+
+def _content(runs: Sequence[RunRow]) -> frozenset[object]:
+    """Return what identifies a row: source, experiment and messages of each run."""
+    return frozenset((run.sources or run.manager, run.experiment, run.digest) for run in runs)
+
+
+def _seeds(plan: CampaignPlan) -> str:
+    last = plan.seed + plan.repetitions - 1
+    return f"seed {last}" if plan.repetitions == 1 else f"seeds {plan.seed} to {last}"
+
+
+def _kind(manager: str) -> str:
+    if manager in SHIPPED:
+        return "SUNSET's"
+    return "program" if manager.startswith("exec:") else "process" if manager == "external" else "Python"
+
+
+def _won(row: ScoreRow, above: ScoreRow | None, table: ScoreTable) -> Cell:
+    """Return the share of pairs that a row won against the row above, and its p."""
+    for pair in table.differences:
+        if above and {pair.first, pair.second} == {row.system, above.system} and pair.pairs_won is not None:
+            won = pair.pairs_won if pair.first == row.system else 1 - pair.pairs_won
+            p = p_text(pair)
+            return f"{won:.2f}" + (f" (p {p})" if p else "")
+    return None
+
+
+def leaderboard_page(
+    groups: Sequence[Group], submissions: Sequence[Submission], refused: Mapping[str, str]
+) -> str:
+    """Return the page of a leaderboard.
+
+    Args:
+        groups: with a row or more each.
+        submissions: all bundles that have a row.
+        refused: the name of a bundle → why it has no row, in a sentence.
+    """
+    tables = [group.table() for group in groups]
+    blocks = [group.block(table) for group, table in zip(groups, tables, strict=True)]
+    if submissions:
+        lines = [*map(_bundle_line, submissions)]
+        blocks.append(Block("The bundles", _BUNDLE_COLUMNS, lines, "", first="bundle"))
+    notes = [*lead_notes(tables), INTERVALS, *(note for group in groups for note in group.notes)]
+    return as_html(Report(blocks, notes), "\n".join(_refused(refused)), title="SUNSET: leaderboard")
+
+
+def _bundle_line(one: Submission) -> Line:
+    versions = ", ".join(f"{name} {version}" for name, version in sorted(one.plan.versions.items()))
+    cells = (
+        one.date,
+        one.authors,
+        Link("result", one.check),
+        f"{sum(one.again.values())}/{one.plan.runs}",
+        versions,
+        one.sha256[:_DIGITS],
+        Link(PurePath(one.bundle).name, one.bundle),
+    )
+    return Line(one.name, str(one.plan.runs), cells)
+
+
+def _refused(refused: Mapping[str, str]) -> Iterator[str]:
+    """Yield the lines of a list in HTML: bundles, and why each is refused."""
+    if refused:
+        items = (f"<li><b>{escape(name)}</b>: {escape(text)}</li>" for name, text in refused.items())
+        yield from ("<h2>Refused</h2>", "<ul>", *items, "</ul>")

@@ -22,7 +22,7 @@ from sunset.api.bundling.verifying import Rerun, Verification
 from sunset.errors import InvalidInputError, RecordError, SunsetError
 from sunset.evaluation.leaderboard import Group, Submission, leaderboard_page
 from sunset.evaluation.results import load_results
-from sunset.experiments import campaign_managers, scenario_of
+from sunset.experiments import scenario_of
 from sunset.files.inputs import file_digest
 from sunset.files.outputs import draft_of_folder, folder_name
 from sunset.processes.workers import Stages
@@ -178,7 +178,6 @@ class _Board:
                 name=copy.stem,
                 plan=plan,
                 runs=[run for run in load_results(campaign) if run.suite in suites],
-                managers=campaign_managers(plan),
                 scenarios=_scenarios(run for run in records if run.suite in suites),
                 split=split,
                 is_drawn_again=is_drawn_again,

@@ -41,6 +41,7 @@ _ESCAPES: Final = {
     "\n": " ",
 }
 
+_LONG_CELL: Final = 60  # a cell with more characters has several lines in a page
 _LONG: Final = 24  # a name with more characters gets a separate line in LaTeX
 
 _HEAD: Final = r"""\documentclass{article}
@@ -236,10 +237,9 @@ def _html_table(block: Block) -> str:
         for column in block.columns
     )
     body = "\n".join(
-        f'<tr><th scope="row">{escape(label)}</th><td class="runs" data-name="{names[1]}">{escape(runs)}</td>'
-        + "".join(f'<td data-name="{name}">{cell}</td>' for name, cell in zip(names[2:], cells, strict=True))
-        + "</tr>"
-        for label, runs, *cells in block.rows(_html_cell)
+        f'<tr><th scope="row">{escape(line.label)}</th><td class="runs" data-name="{names[1]}">{escape(line.runs)}</td>'
+        f"{''.join(map(_html_cell, names[2:], line.cells))}</tr>"
+        for line in block.lines
     )
     about = f'<p class="about">{escape(block.about)}</p>\n' if block.about else ""
     return (
@@ -249,6 +249,8 @@ def _html_table(block: Block) -> str:
     )
 
 
-def _html_cell(cell: Cell) -> str:
+def _html_cell(name: str, cell: Cell) -> str:
     text = escape(plain(cell))
-    return f'<a href="{escape(cell.address)}">{text}</a>' if isinstance(cell, Link) else text
+    kind = ' class="long"' if len(text) > _LONG_CELL else ""
+    shown = f'<a href="{escape(cell.address)}">{text}</a>' if isinstance(cell, Link) else text
+    return f'<td data-name="{name}"{kind}>{shown}</td>'

@@ -67,7 +67,7 @@ _LEVELS: Final = {
         "top 1 ↑", "the fault was among the k most probable, of k faults that were there"
     ),
 }
-DIAGNOSIS_COLUMNS: Final = (
+_DIAGNOSIS_COLUMNS: Final = (
     *_LEVELS.values(),
     Column("alarms [1/min] ↓", "false alarms per minute without a fault"),
     Column("Brier ↓", "mean square error of the probabilities, over time and faults"),
@@ -190,11 +190,11 @@ def _diagnosis_block(rows: Sequence[SystemRow]) -> Block:
     diagnosing = [row for row in rows if row.total("diagnoses")]
     shown = [row for row in rows if row in diagnosing or row.example.manager == "none"] if diagnosing else []
     lines = [Line(row.system, str(row.runs), diagnosis_cells(row)) for row in shown if not row.is_reference]
-    return Block("Diagnosis", DIAGNOSIS_COLUMNS, lines, "tab:sunset-diagnosis")
+    return Block("Diagnosis", _DIAGNOSIS_COLUMNS, lines, "tab:sunset-diagnosis")
 
 
 def diagnosis_cells(row: SystemRow) -> Sequence[Cell]:
-    """Return a cell for each of `DIAGNOSIS_COLUMNS`."""
+    """Return a cell for each of `_DIAGNOSIS_COLUMNS`."""
     injected, calm_s = row.total("faults_injected"), row.total("faultless_s")
     levels = []
     for count, time in _LEVELS:
@@ -206,8 +206,8 @@ def diagnosis_cells(row: SystemRow) -> Sequence[Cell]:
     return (*levels, alarms, f"{brier.mean:.3f}" if brier else None)
 
 
-def lead_notes(tables: Sequence[ScoreTable]) -> list[str]:
-    """Return the notes of a report about its first page."""
+def lead_notes(tables: Sequence[ScoreTable], beside: str = _BESIDE) -> list[str]:
+    """Return the notes of a report about its first page; `beside` explains the figures beside the score."""
     if not tables:
         return []
     scored = [table for table in tables if any(row.score or row.harm for row in table.rows)]
@@ -220,7 +220,7 @@ def lead_notes(tables: Sequence[ScoreTable]) -> list[str]:
     return [
         SCORE_METHOD if scored else NO_SCORE,
         *([HARM] if any(row.harm for row in rows) else []),
-        f"Beside the score: {_BESIDE}.",
+        *([f"Beside the score: {beside}."] if beside else []),
         *(_price_note(table, evidence) for table in scored if table.orders for evidence in table.classes),
         *(
             f"{row.system}{_where(table)}: {row.unpaired} of {counted(row.runs, 'run')} without a score, since a valid "

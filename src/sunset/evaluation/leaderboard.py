@@ -12,7 +12,6 @@ from sunset.evaluation.figure_frame import SHIPPED
 from sunset.evaluation.formats import Block, Cell, Column, Line, Link, Quantity, Report, as_html, plain
 from sunset.evaluation.intervals import INTERVALS
 from sunset.evaluation.layout import (
-    DIAGNOSIS_COLUMNS,
     FAULT_COLUMNS,
     FIRST_COLUMNS,
     diagnosis_cells,
@@ -28,36 +27,29 @@ from sunset.recording import CampaignPlan
 from sunset.scenarios import SplitDescription
 from sunset.system import REPAIR
 from sunset.texts.sentences import counted, listed
-from sunset_ros.rmw.backends import SIMULATED
 
-_SCORE, _NEEDLESS, _CURED = (FIRST_COLUMNS[place] for place in (1, 4, 5))
+_DATE: Final = Column("date", "of publication, by the authors")
+_AGAIN: Final = Column("run again", "runs that the maintainer ran again, of all; they left the same messages")
+_WON: Final = Column(
+    "pairs won",
+    "against the row above: the share of common scenarios, flights and seeds in which it has more utility, ties by "
+    "half; p of the difference in utility, adjusted after Holm",
+)
+_KNOWS: Final = Column(
+    "knows", "what it looked at, and is ranked by: nothing, symptoms, images, or the faults"
+)
+_IDENTIFIED: Final = Column("identified ↑", "of all faults: the fault itself was reported, and how soon")
 _COLUMNS: Final = (
-    Column(
-        "knows", "what it looked at, and is ranked by: nothing, symptoms, images, or (the oracle) the faults"
-    ),
-    Column("kind", "SUNSET's own, a Python class, a program, or a process on ROS 2's network"),
-    _SCORE,
-    Column(
-        "pairs won",
-        "against the row above: the share of common scenarios, flights and seeds in which it has more "
-        "utility, ties by half; p of the difference in utility, adjusted after Holm",
-    ),
-    _CURED,
-    _NEEDLESS,
-    FAULT_COLUMNS["cost_frames"],
-    DIAGNOSIS_COLUMNS[2],
-    Column("run again", "runs that the maintainer ran again, of all; they left the same messages"),
-    Column("date", "of the bundle, by its authors"),
-    Column("bundle", "the campaign, with the source of its managing systems"),
+    *(_KNOWS, FIRST_COLUMNS[1], _WON, FIRST_COLUMNS[5], FIRST_COLUMNS[4], FAULT_COLUMNS["cost_frames"]),
+    *(_IDENTIFIED, _AGAIN, _DATE, Column("bundle", "the campaign, with the source of its managing systems")),
 )
 _BUNDLE_COLUMNS: Final = (
-    _COLUMNS[-2],
+    _DATE,
     Column("authors", "as the bundle names them"),
+    _AGAIN,
     Column("checked", "everything that was checked, and what was not"),
-    Column("run again", _COLUMNS[-3].meaning),
+    Column("SHA-256", "the first digits, of the bundle"),
     Column("made with", "the versions that results depend on"),
-    Column("SHA-256", "of the bundle, its first digits"),
-    Column("file", "the bundle"),
 )
 _DIGITS: Final = 16
 _OTHER_RUNS: Final = (
@@ -73,7 +65,6 @@ class Submission:
     Attributes:
         name: of the bundle on the page, unique there.
         runs: of the campaign's suite.
-        managers: managing system → the specification by which the campaign loads it.
         scenarios: SHA-256 of the scenarios that were run.
         split: the split of the campaign; None for another suite.
         is_drawn_again: whether the split was drawn again from its published salt.
@@ -87,7 +78,6 @@ class Submission:
     name: str
     plan: CampaignPlan
     runs: Sequence[RunRow]
-    managers: Mapping[str, str]
     scenarios: str
     split: SplitDescription | None
     is_drawn_again: bool
@@ -97,11 +87,6 @@ class Submission:
     sha256: str
     bundle: str
     check: str
-
-    @property
-    def suite(self) -> str:
-        """The name of its suite, or the last part of the suite's folder."""
-        return self.runs[0].suite or PurePath(self.plan.suite).name
 
     @property
     def group(self) -> bytes:
@@ -142,7 +127,7 @@ class Group:
             (run.manager, run.sources, run.experiment): (run.digest, self.owners[name].name)
             for name, runs in self.systems.items()
             for run in runs
-            if run.manager in SHIPPED and run.middleware == SIMULATED
+            if run.manager in SHIPPED and run.middleware == "sim"
         }
         for run in submission.runs:
             digest, other = known.get((run.manager, run.sources, run.experiment), (run.digest, ""))
@@ -174,34 +159,35 @@ class Group:
             self.systems[name], self.owners[name] = runs, submission
         return ""
 
-    def table(self) -> ScoreTable:
-        """Return the scores of all rows."""
-        return score_table(self._example.suite, self.systems)
-
     @property
     def _example(self) -> Submission:
         return next(iter(self.owners.values()))
+
+    def table(self) -> ScoreTable:
+        """Return the scores of all rows."""
+        one = self._example
+        suite = one.runs[0].suite or PurePath(one.plan.suite).name
+        return score_table(f"{suite}, {_seeds(one.plan)}", self.systems)
 
     def block(self, table: ScoreTable) -> Block:
         """Return the table of the group; managing systems that looked at images are ranked apart."""
         rows = sorted(table.rows, key=lambda row: row.evidence == "images")
         if self._example.plan.task != REPAIR:
-            rows.sort(
-                key=lambda row: -SystemRow(row.system, self.systems[row.system]).total("faults_identified")
-            )
+            rows.sort(key=lambda row: -self._summary(row).total("faults_identified"))
         above: list[ScoreRow | None] = [None, *rows]
         lines = [self._line(row, higher, table) for row, higher in zip(rows, above, strict=False)]
-        title = f"{table.title[:1].upper()}{table.title[1:]}, {_seeds(self._example.plan)}"
-        return Block(title, _COLUMNS, lines, "", about=self._about())
+        return Block(f"Suite {table.title}", _COLUMNS, lines, "", about=self._about())
+
+    def _summary(self, row: ScoreRow) -> SystemRow:
+        return SystemRow(row.system, self.systems[row.system])
 
     def _line(self, row: ScoreRow, above: ScoreRow | None, table: ScoreTable) -> Line:
-        summary, owner = SystemRow(row.system, self.systems[row.system]), self.owners[row.system]
+        summary, owner = self._summary(row), self.owners[row.system]
         label, runs, (evidence, score, _, _, needless, cured) = score_line(row)
         harm = f"harm {plain(interval_cell(row.harm))}"
         repairs, cost = owner.plan.task == REPAIR, summary.estimates["cost_frames"]
         cells = (
             evidence,
-            _kind(owner.managers.get(row.manager, row.manager)),
             (harm if row.is_calm else score) if repairs else None,
             _won(row, above, table) if repairs else None,
             cured,
@@ -243,12 +229,6 @@ def _seeds(plan: CampaignPlan) -> str:
     return f"seed {last}" if plan.repetitions == 1 else f"seeds {plan.seed} to {last}"
 
 
-def _kind(manager: str) -> str:
-    if manager in SHIPPED:
-        return "SUNSET's"
-    return "program" if manager.startswith("exec:") else "process" if manager == "external" else "Python"
-
-
 def _won(row: ScoreRow, above: ScoreRow | None, table: ScoreTable) -> Cell:
     """Return the share of pairs that a row won against the row above, and its p."""
     for pair in table.differences:
@@ -271,25 +251,21 @@ def leaderboard_page(
     """
     tables = [group.table() for group in groups]
     blocks = [group.block(table) for group, table in zip(groups, tables, strict=True)]
+    has_intervals = any(row.score and row.score.interval for table in tables for row in table.rows)
+    notes = [*lead_notes(tables, beside=""), *([INTERVALS] if has_intervals else [])]
+    notes += [note for group in groups for note in group.notes]
     if submissions:
-        lines = [*map(_bundle_line, submissions)]
-        blocks.append(Block("The bundles", _BUNDLE_COLUMNS, lines, "", first="bundle"))
-    notes = [*lead_notes(tables), INTERVALS, *(note for group in groups for note in group.notes)]
+        blocks.append(
+            Block("The bundles", _BUNDLE_COLUMNS, [*map(_bundle_line, submissions)], "", first="bundle")
+        )
     return as_html(Report(blocks, notes), "\n".join(_refused(refused)), title="SUNSET: leaderboard")
 
 
 def _bundle_line(one: Submission) -> Line:
     versions = ", ".join(f"{name} {version}" for name, version in sorted(one.plan.versions.items()))
-    cells = (
-        one.date,
-        one.authors,
-        Link("result", one.check),
-        f"{sum(one.again.values())}/{one.plan.runs}",
-        versions,
-        one.sha256[:_DIGITS],
-        Link(PurePath(one.bundle).name, one.bundle),
-    )
-    return Line(one.name, str(one.plan.runs), cells)
+    again = f"{sum(one.again.values())}/{one.plan.runs}"
+    links = Link("result", one.check), Link(one.sha256[:_DIGITS], one.bundle)
+    return Line(one.name, str(one.plan.runs), (one.date, one.authors, again, *links, versions))
 
 
 def _refused(refused: Mapping[str, str]) -> Iterator[str]:

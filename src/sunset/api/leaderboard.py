@@ -171,14 +171,13 @@ class _Board:
             opened = OpenedBundle.read(root)
             plan, campaign = opened.plan, root / CAMPAIGN
             records = [read_run(file.parent) for file in sorted(campaign.glob(f"runs/*/*/*/*/{RUN_FILE}"))]
-            suites = {"", plan.suite}
             split, is_drawn_again = self._split(opened)
             date, authors = publication(root / CRATE_FILE)
             return Submission(
                 name=copy.stem,
                 plan=plan,
-                runs=[run for run in load_results(campaign) if run.suite in suites],
-                scenarios=_scenarios(run for run in records if run.suite in suites),
+                runs=[run for run in load_results(campaign) if plan.is_of_suite(run.suite, run.manager)],
+                scenarios=_scenarios(run for run in records if plan.is_of_suite(run.suite, run.manager)),
                 split=split,
                 is_drawn_again=is_drawn_again,
                 date=date,

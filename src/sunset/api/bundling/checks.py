@@ -126,7 +126,7 @@ def _missing(runs: Mapping[Path, RunRecord], plan: CampaignPlan) -> Iterator[str
         yield f"it has {counted(plan.runs, 'run')}, and {len(runs)} can be read"
     done: dict[str, set[tuple[str, int, str]]] = {manager: set() for manager in campaign_managers(plan)}
     for run in runs.values():
-        if run.manager in done and run.suite in {"", plan.suite}:
+        if run.manager in done and plan.is_of_suite(run.suite, run.manager):
             done[run.manager].add((run.scenario, run.seed, run.flight))
     for manager, own in done.items():
         for scenario, seed, flight in sorted(set().union(*done.values()) - own):
@@ -173,7 +173,7 @@ def differing_scenarios(findings: Findings, plan: CampaignPlan, root: Path, spli
     scenarios = {base_name(scenario.name): scenario for scenario in known}
     wanted = {base_name(name) for name in plan.scenarios} or set(scenarios)
     for place, run in findings.runs.items():
-        if run.suite in {"", plan.suite}:
+        if plan.is_of_suite(run.suite, run.manager):
             name = base_name(run.scenario)
             wanted.discard(name)
             if name not in scenarios or not _is_run_of(run, scenarios[name], plan):

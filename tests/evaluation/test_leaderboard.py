@@ -8,6 +8,7 @@ import pytest
 from msgspec import structs
 from tests.evaluation.test_scores import campaign
 
+from sunset.errors import RecordError
 from sunset.evaluation.leaderboard import Group, Submission, leaderboard_page
 from sunset.evaluation.results import RunRow
 from sunset.recording import CampaignPlan
@@ -50,15 +51,13 @@ def submission(
         authors="Ada",
         again={},
         sha256="4" * 64,
-        bundle=f"bundles/{name}.zip",
-        check=f"bundles/{name}.txt",
     )
 
 
 def page(*submissions: Submission, refused: dict[str, str] | None = None) -> str:
     groups: dict[bytes, Group] = {}
     for one in submissions:
-        assert groups.setdefault(one.group, Group()).add(one) == ""
+        groups.setdefault(one.group, Group()).add(one)
     return leaderboard_page([*groups.values()], submissions, refused or {})
 
 
@@ -118,25 +117,28 @@ def test_equal_names_are_told_apart_and_equal_runs_are_listed_once() -> None:
     other = [replace(one, sources="other") if one.manager == "mine" else one for one in second.runs]
     copied = [replace(one, manager="yours") if one.manager == "mine" else one for one in first.runs]
 
-    assert group.add(first) == ""
-    assert group.add(replace(second, runs=other)) == ""
-    assert group.add(submission("third", campaign(new=0.1))) == ""
+    group.add(first)
+    group.add(replace(second, runs=other))
+    group.add(submission("third", campaign(new=0.1)))
     both = [*copied, *(replace(one, manager="more", sources="more") for one in first.runs)]
-    assert group.add(replace(first, name="fourth", runs=both)) == ""
+    group.add(replace(first, name="fourth", runs=both))
 
-    assert {"mine", "mine (second)", "new", "more"} < group.systems.keys()
+    assert {"mine", "mine of second", "new", "more"} < group.systems.keys()
     assert group.notes == ["yours of fourth has the source and the runs of mine of first."]
-    assert group.add(replace(first, name="fifth")) == "all of its runs are in first already."
+    with pytest.raises(RecordError, match=r"^all of its runs are in first already\.$"):
+        group.add(replace(first, name="fifth"))
 
 
 def test_the_references_of_all_bundles_must_agree() -> None:
     group, first, second = Group(), submission("first", campaign()), submission("second", campaign(new=0.2))
     forged = [replace(one, digest="forged") if one.manager == "oracle" else one for one in second.runs]
 
-    assert group.add(first) == ""
-    assert group.add(replace(second, runs=forged)).startswith(
-        "its run of oracle in timed/a, seed 1, has other messages than the same run in first: "
-    )
+    group.add(first)
+    with pytest.raises(
+        RecordError,
+        match=r"^its run of oracle in timed/a, seed 1, has other messages than the same run in first: ",
+    ):
+        group.add(replace(second, runs=forged))
     assert group.systems.keys() == {"none", "oracle"}
 
 

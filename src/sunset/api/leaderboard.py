@@ -10,17 +10,15 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Final
-from urllib.parse import quote
 
 from sunset.api.arguments import as_path
 from sunset.api.bundling import verify
 from sunset.api.bundling.archive import CAMPAIGN, CRATE_FILE, SPLIT, extract_archive
 from sunset.api.bundling.crate import publication
 from sunset.api.bundling.sources import OpenedBundle
-from sunset.api.bundling.verifying import Rerun, Verification
+from sunset.api.bundling.verifying import Verification, check_choice
 from sunset.errors import InvalidInputError, RecordError, SunsetError
-from sunset.evaluation.leaderboard import Group, Submission, leaderboard_page
+from sunset.evaluation.leaderboard import BUNDLES, Group, Submission, leaderboard_page
 from sunset.evaluation.results import load_results
 from sunset.experiments import scenario_of
 from sunset.files.inputs import file_digest
@@ -31,9 +29,6 @@ from sunset.scenarios import SplitDescription, check_split, read_salt, read_spli
 from sunset.texts.names import RUN_FILE
 from sunset.texts.sentences import counted
 from sunset_ros.texts import shown
-
-_BUNDLES: Final = "bundles"
-"""The folder of a site with the bundles, and the result of each verification."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,11 +88,11 @@ def leaderboard(
     for file in files:
         if not file.is_file() or not zipfile.is_zipfile(file):
             raise RecordError(f"{file} is not a bundle: name files that 'sunset bundle' wrote.")
-    rerun = Rerun.of(run_again, seed, trust=trust)
+    choice = check_choice(run_again, seed)
     salt = None if salt_file is None else read_salt(as_path(salt_file, "salt's file"))
     with draft_of_folder(as_path(out, "folder of the site"), "site") as draft:
-        board = _Board(draft, rerun, salt)
-        board.folder.mkdir()
+        (draft / BUNDLES).mkdir()
+        board = _Board(draft / BUNDLES, choice, trust, salt)
         for file in files:
             board.add(file, progress)
         if salt and not any(each.is_drawn_again for each in board.submissions.values()):
@@ -105,28 +100,22 @@ def leaderboard(
                 f"No bundle that passed has a split of the salt in {salt_file}, whose SHA-256 is {_sha256(salt)}: name "
                 "the published salt, or leave it out."
             )
-        (draft / "index.html").write_text(board.page(), encoding="utf-8")
+        page = leaderboard_page([*board.groups.values()], [*board.submissions.values()], board.refused)
+        (draft / "index.html").write_text(page, encoding="utf-8")
     return Leaderboard(Path(out) / "index.html", tuple(board.submissions), board.refused)
 
 
 @dataclass
 class _Board:
-    """A site that is being written."""
+    """A leaderboard that is being written, with the folder of its bundles, and the arguments for their verification."""
 
-    site: Path
-    rerun: Rerun
+    folder: Path
+    choice: tuple[int, int]
+    trust: bool
     salt: bytes | None
     groups: dict[bytes, Group] = field(default_factory=dict)
     submissions: dict[str, Submission] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def folder(self) -> Path:
-        """The folder of the bundles."""
-        return self.site / _BUNDLES
-
-    def page(self) -> str:
-        return leaderboard_page([*self.groups.values()], [*self.submissions.values()], self.refused)
 
     def add(self, file: Path, progress: Stages | None) -> None:
         """List the managing systems of a bundle, or note why it is refused."""
@@ -134,58 +123,48 @@ class _Board:
         while name in self.submissions or name in self.refused:
             name = f"{slug}-{len(self.submissions) + len(self.refused) + 1}"
         stage = None if progress is None else partial(progress, f"Verifying {name}")
-        copy = self.folder / f"{name}.zip"
+        number, seed = self.choice
+        copy, result = (self.folder / f"{name}.{kind}" for kind in ("zip", "txt"))
+        shutil.copyfile(file, copy)
         try:
-            self._check_new(file)
-            rerun = self.rerun
-            found = verify(file, run_again=rerun.number, seed=rerun.seed, trust=rerun.trust, progress=stage)
+            for other, submission in self.submissions.items():
+                if submission.sha256 == file_digest(copy):
+                    raise RecordError(f"it is the same file as {other}.")
+            found = verify(copy, run_again=number, seed=seed, trust=self.trust, progress=stage)
             _check_passed(found)
-            shutil.copyfile(file, copy)
             submission = self._read(copy, found)
-            group = self.groups.get(submission.group, Group())
-            if objection := group.add(submission):
-                raise RecordError(objection)
+            self.groups.setdefault(submission.group, Group()).add(submission)
         except SunsetError as error:
-            copy.unlink(missing_ok=True)
-            self.refused[name] = str(error)
+            copy.unlink()
+            self.refused[name] = str(error).replace(f"{self.folder}/", "")
             return
-        self.groups[submission.group] = group
         self.submissions[name] = submission
-        (self.site / submission.check).write_text(
-            f"{replace(found, bundle=Path(copy.name))}\n", encoding="utf-8"
-        )
-
-    def _check_new(self, file: Path) -> None:
-        digest = file_digest(file)
-        for name, submission in self.submissions.items():
-            if submission.sha256 == digest:
-                raise RecordError(f"it is the same file as {name}.")
+        result.write_text(f"{replace(found, bundle=Path(copy.name))}\n", encoding="utf-8")
 
     def _read(self, copy: Path, found: Verification) -> Submission:
         """Return the content of a bundle that passed."""
-        if file_digest(copy) != found.sha256:
-            raise RecordError("it was changed while it was verified; name it again.")
         with tempfile.TemporaryDirectory(prefix="sunset-") as room:
             root = Path(room).resolve() / "bundle"
             extract_archive(copy, root)
             opened = OpenedBundle.read(root)
             plan, campaign = opened.plan, root / CAMPAIGN
             records = [read_run(file.parent) for file in sorted(campaign.glob(f"runs/*/*/*/*/{RUN_FILE}"))]
+            of_suite = [run for run in records if plan.is_of_suite(run.suite, run.manager)]
+            if not of_suite:
+                raise RecordError(f"it has no run of its suite {plan.suite}.")
             split, is_drawn_again = self._split(opened)
             date, authors = publication(root / CRATE_FILE)
             return Submission(
                 name=copy.stem,
                 plan=plan,
                 runs=[run for run in load_results(campaign) if plan.is_of_suite(run.suite, run.manager)],
-                scenarios=_scenarios(run for run in records if plan.is_of_suite(run.suite, run.manager)),
+                scenarios=_scenarios(of_suite),
                 split=split,
                 is_drawn_again=is_drawn_again,
                 date=date,
                 authors=", ".join(authors),
                 again=Counter(read_run(campaign / place).manager for place in found.runs_again),
                 sha256=found.sha256,
-                bundle=f"{_BUNDLES}/{quote(copy.name)}",
-                check=f"{_BUNDLES}/{quote(copy.stem)}.txt",
             )
 
     def _split(self, opened: OpenedBundle) -> tuple[SplitDescription | None, bool]:
@@ -196,7 +175,7 @@ class _Board:
         if split is None or split.salt_sha256 not in known:
             return split, False
         try:
-            with opened.extended() if self.rerun.trust else nullcontext():
+            with opened.extended() if self.trust else nullcontext():
                 check_split(folder, known[split.salt_sha256])
         except InvalidInputError as error:
             raise RecordError(opened.text(error)) from error
@@ -216,9 +195,8 @@ def _check_passed(found: Verification) -> None:
 
 def _scenarios(records: Iterable[RunRecord]) -> str:
     """Return the SHA-256 of the scenarios of runs, and of their flights."""
-    return _sha256(
-        "".join(sorted({f"{scenario_of(run).to_yaml()}{run.bag_checksum}" for run in records})).encode()
-    )
+    texts = {f"{scenario_of(run).to_yaml()}{run.bag_checksum}" for run in records}
+    return _sha256("".join(sorted(texts)).encode())
 
 
 def _sha256(content: bytes) -> str:

@@ -5,9 +5,11 @@ from dataclasses import dataclass, field
 from html import escape
 from pathlib import PurePath
 from typing import Final
+from urllib.parse import quote
 
 from msgspec import json, structs
 
+from sunset.errors import RecordError
 from sunset.evaluation.figure_frame import SHIPPED
 from sunset.evaluation.formats import Block, Cell, Column, Line, Link, Quantity, Report, as_html, plain
 from sunset.evaluation.intervals import INTERVALS
@@ -52,10 +54,9 @@ _BUNDLE_COLUMNS: Final = (
     Column("made with", "the versions that results depend on"),
 )
 _DIGITS: Final = 16
-_OTHER_RUNS: Final = (
-    "its run of {run.manager} in {run.scenario}, seed {run.seed}, has other messages than the same run in {other}: one "
-    "of them was changed, or made with other packages; run its campaign again here."
-)
+
+BUNDLES: Final = "bundles"
+"""The folder beside the page with each bundle, and the result of its verification."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,8 +72,6 @@ class Submission:
         date: of publication, such as 2026-03-14.
         again: managing system → how many of its runs were run again.
         sha256: of the bundle.
-        bundle: the address of the bundle on the page.
-        check: the address of the result of its verification.
     """
 
     name: str
@@ -85,22 +84,14 @@ class Submission:
     authors: str
     again: Mapping[str, int]
     sha256: str
-    bundle: str
-    check: str
 
     @property
     def group(self) -> bytes:
         """What comparable campaigns have in common: all of the plan but the managing systems, and the scenarios."""
-        others: dict[str, object] = {
-            "managers": (),
-            "manager_checksums": {},
-            "references": False,
-            "score": False,
-        }
-        others |= {"runs": 0, "bag": None, "suite": self.runs[0].suite, "scenarios": ()}
-        versions = {"sunset": self.plan.versions.get("sunset", "")}
-        plan = structs.replace(self.plan, scenarios_checksum=self.scenarios, versions=versions, **others)
-        return json.encode(plan, order="deterministic")
+        names = ("managers", "manager_checksums", "references", "score", "runs", "bag", "scenarios")
+        plan = structs.asdict(self.plan) | dict.fromkeys(names)
+        plan |= {"suite": self.runs[0].suite, "scenarios_checksum": self.scenarios}
+        return json.encode(plan | {"versions": self.plan.versions.get("sunset")}, order="deterministic")
 
 
 @dataclass
@@ -117,12 +108,35 @@ class Group:
     owners: dict[str, Submission] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
-    def add(self, submission: Submission) -> str:
-        """Add the managing systems of a bundle; return why it is refused, or an empty text.
+    def add(self, submission: Submission) -> None:
+        """Add the managing systems of a bundle, but for those that have the source and the runs of an earlier row.
 
-        Simulated runs of SUNSET's own managing systems, among them the references of scores, must be the same in all
-        bundles. A managing system with the same source and the same runs as an earlier row is not added again.
+        Raises:
+            RecordError: it has nothing new, or runs of SUNSET's own managing systems, among them the references of
+                scores, differ from the same runs of an earlier bundle.
         """
+        self._check_shipped(submission)
+        rows = {_content(runs): name for name, runs in self.systems.items()}
+        by_manager: dict[str, list[RunRow]] = {}
+        for run in submission.runs:
+            by_manager.setdefault(run.manager, []).append(run)
+        known = {
+            name: rows[content] for name, runs in by_manager.items() if (content := _content(runs)) in rows
+        }
+        if len(known) == len(by_manager):
+            owners = dict.fromkeys(self.owners[row].name for row in known.values())
+            raise RecordError(f"all of its runs are in {listed([*owners])} already.")
+        names = manager_names(set(by_manager))
+        for manager, runs in by_manager.items():
+            name, longer = names[manager], f"{names[manager]} of {submission.name}"
+            if manager not in known:
+                name = longer if name in self.systems else name
+                self.systems[name], self.owners[name] = runs, submission
+            elif manager not in SHIPPED:
+                same = f"{known[manager]} of {self.owners[known[manager]].name}"
+                self.notes.append(f"{longer} has the source and the runs of {same}.")
+
+    def _check_shipped(self, submission: Submission) -> None:
         known = {
             (run.manager, run.sources, run.experiment): (run.digest, self.owners[name].name)
             for name, runs in self.systems.items()
@@ -132,32 +146,10 @@ class Group:
         for run in submission.runs:
             digest, other = known.get((run.manager, run.sources, run.experiment), (run.digest, ""))
             if digest != run.digest:
-                return _OTHER_RUNS.format(run=run, other=other)
-        rows = {_content(runs): name for name, runs in self.systems.items()}
-        by_manager: dict[str, list[RunRow]] = {}
-        for run in submission.runs:
-            by_manager.setdefault(run.manager, []).append(run)
-        new = {name: runs for name, runs in by_manager.items() if _content(runs) not in rows}
-        if not new:
-            others = dict.fromkeys(self.owners[rows[_content(runs)]].name for runs in by_manager.values())
-            return f"all of its runs are in {listed([*others])} already."
-        names = manager_names(set(by_manager))
-        for manager, runs in by_manager.items():
-            if manager not in new:
-                row = rows[_content(runs)]
-                if manager not in SHIPPED:
-                    same = f"{row} of {self.owners[row].name}"
-                    self.notes.append(
-                        f"{names[manager]} of {submission.name} has the source and the runs of {same}."
-                    )
-                continue
-            name = (
-                names[manager]
-                if names[manager] not in self.systems
-                else f"{names[manager]} ({submission.name})"
-            )
-            self.systems[name], self.owners[name] = runs, submission
-        return ""
+                raise RecordError(
+                    f"its run of {run.manager} in {run.scenario}, seed {run.seed}, has other messages than the same "
+                    f"run in {other}: one of them was changed, or made with other packages; run its campaign again here."
+                )
 
     @property
     def _example(self) -> Submission:
@@ -196,7 +188,7 @@ class Group:
             diagnosis_cells(summary)[2] if summary.total("diagnoses") else None,
             f"{owner.again.get(row.manager, 0)}/{row.runs}",
             owner.date,
-            Link(owner.name, owner.bundle),
+            Link(owner.name, _address(owner, "zip")),
         )
         return Line(label, runs, cells)
 
@@ -261,10 +253,14 @@ def leaderboard_page(
     return as_html(Report(blocks, notes), "\n".join(_refused(refused)), title="SUNSET: leaderboard")
 
 
+def _address(one: Submission, kind: str) -> str:
+    return f"{BUNDLES}/{quote(one.name)}.{kind}"
+
+
 def _bundle_line(one: Submission) -> Line:
     versions = ", ".join(f"{name} {version}" for name, version in sorted(one.plan.versions.items()))
     again = f"{sum(one.again.values())}/{one.plan.runs}"
-    links = Link("result", one.check), Link(one.sha256[:_DIGITS], one.bundle)
+    links = Link("result", _address(one, "txt")), Link(one.sha256[:_DIGITS], _address(one, "zip"))
     return Line(one.name, str(one.plan.runs), (one.date, one.authors, again, *links, versions))
 
 

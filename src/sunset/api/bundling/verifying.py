@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Final, Self
+from typing import Final
 
 from msgspec import UNSET, structs
 
@@ -46,7 +46,7 @@ _OF_THIS_COMPUTER: Final = {"versions", "manager_versions", "missing_walls", "ma
 
 
 @dataclass(frozen=True)
-class Rerun:
+class _Rerun:
     """The greatest number of second runs, the seed of their choice, and the arguments of `sunset.verify` for them."""
 
     number: int
@@ -54,39 +54,6 @@ class Rerun:
     trust: bool = False
     model: str | None = None
     bag: Path | None = None
-
-    @classmethod
-    def of(
-        cls,
-        run_again: int,
-        seed: int | None,
-        *,
-        trust: bool = False,
-        model: str | Path | None = None,
-        bag: str | Path | None = None,
-    ) -> Self:
-        """Return the second runs that the arguments of `verify` ask for.
-
-        Raises:
-            InvalidInputError: an argument is not usable.
-        """
-        number = whole_of(run_again)
-        if type(number) is not int or number < 0:
-            raise InvalidInputError(
-                f"The number of runs to run again must be at least 0, got {shown(run_again)}."
-            )
-        rerun = cls(
-            number=number,
-            seed=secrets.randbelow(_SEEDS) if seed is None else check_seed(whole_of(seed)),
-            trust=trust,
-            model=None if model is None else str(as_path(model, "model")),
-            bag=optional_path(bag, "bag"),
-        )
-        if rerun.model is not None:
-            load_model(rerun.model)
-        if rerun.bag is not None and not rerun.bag.exists():
-            raise DataError(f"There is no bag {rerun.bag}: name the campaign's, or leave it out.")
-        return rerun
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -167,7 +134,18 @@ def verify(
         InvalidInputError: another argument is not usable.
     """
     file = as_path(path, "bundle")
-    rerun = Rerun.of(run_again, seed, trust=trust, model=model, bag=bag)
+    number, chosen = check_choice(run_again, seed)
+    rerun = _Rerun(
+        number=number,
+        seed=chosen,
+        trust=trust,
+        model=None if model is None else str(as_path(model, "model")),
+        bag=optional_path(bag, "bag"),
+    )
+    if rerun.model is not None:
+        load_model(rerun.model)
+    if rerun.bag is not None and not rerun.bag.exists():
+        raise DataError(f"There is no bag {rerun.bag}: name the campaign's, or leave it out.")
     with tempfile.TemporaryDirectory(prefix="sunset-") as room:
         root = Path(room).resolve() / "bundle"
         extract_archive(file, root)
@@ -183,8 +161,22 @@ def verify(
             return _verify(file, opened, rerun, problems, progress)
 
 
+def check_choice(run_again: int, seed: int | None) -> tuple[int, int]:
+    """Return the number of second runs, and the seed of their choice, from these arguments of `verify`.
+
+    Raises:
+        InvalidInputError: an argument is not usable.
+    """
+    number = whole_of(run_again)
+    if type(number) is not int or number < 0:
+        raise InvalidInputError(
+            f"The number of runs to run again must be at least 0, got {shown(run_again)}."
+        )
+    return number, secrets.randbelow(_SEEDS) if seed is None else check_seed(whole_of(seed))
+
+
 def _verify(
-    path: Path, opened: OpenedBundle, rerun: Rerun, problems: list[str], progress: Progress | None
+    path: Path, opened: OpenedBundle, rerun: _Rerun, problems: list[str], progress: Progress | None
 ) -> Verification:
     """Check the campaign of a bundle; `problems` were found in its files and sources."""
     plan = opened.plan
@@ -222,7 +214,7 @@ def _verify(
     )
 
 
-def _checked(opened: OpenedBundle, findings: Findings, rerun: Rerun, again: int) -> Iterator[str]:
+def _checked(opened: OpenedBundle, findings: Findings, rerun: _Rerun, again: int) -> Iterator[str]:
     plan = opened.plan
     files = counted(sum(file.is_file() for file in opened.root.rglob("*")), "file")
     yield f"files: {files} against {CHECKSUMS_FILE}"
@@ -250,7 +242,7 @@ def _differing_table(opened: OpenedBundle, findings: Findings) -> Iterator[str]:
             )
 
 
-def _choose_runs(opened: OpenedBundle, findings: Findings, rerun: Rerun) -> list[Path]:
+def _choose_runs(opened: OpenedBundle, findings: Findings, rerun: _Rerun) -> list[Path]:
     """Return the runs to repeat, chosen at random among those that can be; note why others cannot."""
     if not rerun.number:
         findings.unchecked.append("No run was run again, as was asked for.")
@@ -266,7 +258,7 @@ def _choose_runs(opened: OpenedBundle, findings: Findings, rerun: Rerun) -> list
     return [able[number] for number in sorted(map(int, picked))]
 
 
-def _obstacles(opened: OpenedBundle, run: RunRecord, rerun: Rerun) -> Iterator[str]:
+def _obstacles(opened: OpenedBundle, run: RunRecord, rerun: _Rerun) -> Iterator[str]:
     """Yield the reasons why a run cannot be repeated."""
     plan, name = opened.plan, run.manager
     if run.middleware != SIMULATED:
@@ -294,7 +286,7 @@ def _manager(opened: OpenedBundle, run: RunRecord) -> str:
 
 
 def _rerun_run(
-    opened: OpenedBundle, place: Path, findings: Findings, rerun: Rerun, into: Path
+    opened: OpenedBundle, place: Path, findings: Findings, rerun: _Rerun, into: Path
 ) -> Iterator[str]:
     """Repeat a run into a new folder; yield a sentence for each difference."""
     run = findings.runs[place]

@@ -147,7 +147,13 @@ def test_who_looked_at_images_is_ranked_apart() -> None:
         replace(one, evidence="images") if one.manager == "seeing" else one
         for one in campaign(seeing=0.9, half=0.5)
     ]
-    assert [*rows(page(submission("first", runs)))][:4] == ["oracle", "half", "none", "seeing"]
+    _, *tables = page(submission("first", runs)).split("<h2>Suite timed, seeds 1 to 3, by ")
+
+    assert [[table.partition("<")[0], *rows(table)][:4] for table in tables] == [
+        ["symptoms", "oracle", "half", "none"],
+        ["images", "oracle", "seeing", "none"],
+    ]
+    assert rows(tables[1])["seeing"]["pairs won"].startswith("0.00 (p ")
 
 
 def test_of_campaigns_that_only_diagnose_the_diagnosis_ranks() -> None:
@@ -186,8 +192,8 @@ def test_the_split_and_its_salt_are_named_and_the_names_of_strangers_do_no_harm(
     evil = "<script>evil"
     text = page(submission("first", campaign(**{evil: 0.5}), split=split), refused={evil: evil})
 
-    assert f"Split test: SHA-256 {'a' * 64}." in text
-    assert f"The salt has the SHA-256 {'9' * 64}; the scenarios were not drawn from it again." in text
+    assert f"split test: SHA-256 {'a' * 64}\n" in text
+    assert f"salt: SHA-256 {'9' * 64}; the scenarios were not drawn from it again<" in text
     assert "<script>" not in text
     assert text.count("&lt;script&gt;") >= 3
 

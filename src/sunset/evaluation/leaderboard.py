@@ -53,7 +53,7 @@ _BUNDLE_COLUMNS: Final = (
     Column("SHA-256", "the first digits, of the bundle"),
     Column("made with", "the versions that results depend on"),
 )
-_DIGITS: Final = 16
+_DIGITS, _SHORT = 16, 8  # of a checksum
 
 BUNDLES: Final = "bundles"
 """The folder beside the page with each bundle, and the result of its verification."""
@@ -148,7 +148,7 @@ class Group:
             if digest != run.digest:
                 raise RecordError(
                     f"its run of {run.manager} in {run.scenario}, seed {run.seed}, has other messages than the same "
-                    f"run in {other}: one of them was changed, or made with other packages; run its campaign again here."
+                    f"run in {other}: one was changed, or made with other packages; run its campaign again here."
                 )
 
     @property
@@ -158,17 +158,19 @@ class Group:
     def table(self) -> ScoreTable:
         """Return the scores of all rows."""
         one = self._example
-        suite = one.runs[0].suite or PurePath(one.plan.suite).name
+        suite = f"{one.runs[0].suite or PurePath(one.plan.suite).name} {one.plan.split[:_SHORT]}".rstrip()
         return score_table(f"{suite}, {_seeds(one.plan)}", self.systems)
 
-    def block(self, table: ScoreTable) -> Block:
-        """Return the table of the group; managing systems that looked at images are ranked apart."""
-        rows = sorted(table.rows, key=lambda row: row.evidence == "images")
-        if self._example.plan.task != REPAIR:
-            rows.sort(key=lambda row: -self._summary(row).total("faults_identified"))
-        above: list[ScoreRow | None] = [None, *rows]
-        lines = [self._line(row, higher, table) for row, higher in zip(rows, above, strict=False)]
-        return Block(f"Suite {table.title}", _COLUMNS, lines, "", about=self._about())
+    def blocks(self, table: ScoreTable) -> Iterator[Block]:
+        """Yield the table of the group; managing systems that looked at images are ranked apart."""
+        for evidence, names in table.classes.items():
+            rows = [row for row in table.rows if row.system in names]
+            if self._example.plan.task != REPAIR:
+                rows.sort(key=lambda row: -self._summary(row).total("faults_identified"))
+            above: list[ScoreRow | None] = [None, *rows]
+            lines = [self._line(row, higher, table) for row, higher in zip(rows, above, strict=False)]
+            by = f", by {evidence}" if len(table.classes) > 1 else ""
+            yield Block(f"Suite {table.title}{by}", _COLUMNS, lines, "", about=self._about())
 
     def _summary(self, row: ScoreRow) -> SystemRow:
         return SystemRow(row.system, self.systems[row.system])
@@ -197,18 +199,18 @@ class Group:
         one, run = self._example, self._example.runs[0]
         flights = dict.fromkeys(f"{run.flight.name or 'own'} ({run.flight.short_bag})" for run in one.runs)
         number = len({run.scenario for run in one.runs})
-        common = (
-            f"{counted(number, 'scenario')} of {run.flight.duration_s:g} s, {_seeds(one.plan)}; task: {run.task}; "
-            f"flight {', '.join(flights)}; model {run.model} ({one.plan.model_checksum[:8]}); middleware "
-            f"{run.middleware}; SUNSET {run.version}."
-        )
-        texts = [common, f"Scenarios: SHA-256 {one.scenarios}."]
-        if one.split:
-            texts.append(f"Split {one.split.split}: SHA-256 {one.split.sha256}.")
-            drawn = "were drawn from it again" if one.is_drawn_again else "were not drawn from it again"
-            salt = f"The salt has the SHA-256 {one.split.salt_sha256}; the scenarios {drawn}."
-            texts += [salt] if one.split.salt_sha256 else []
-        return " ".join(texts)
+        texts = [
+            f"{counted(number, 'scenario')} of {run.flight.duration_s:g} s, {_seeds(one.plan)}, task {run.task}",
+            f"flight {', '.join(flights)}, model {run.model} ({one.plan.model_checksum[:_SHORT]})",
+            f"middleware {run.middleware}, SUNSET {run.version}",
+            f"scenarios: SHA-256 {one.scenarios}",
+        ]
+        if split := one.split:
+            texts.append(f"split {split.split}: SHA-256 {split.sha256}")
+            if split.salt_sha256:
+                drawn = f"were {'' if one.is_drawn_again else 'not '}drawn from it again"
+                texts.append(f"salt: SHA-256 {split.salt_sha256}; the scenarios {drawn}")
+        return "\n".join(texts)
 
 
 def _content(runs: Sequence[RunRow]) -> frozenset[object]:
@@ -242,7 +244,7 @@ def leaderboard_page(
         refused: the name of a bundle → why it has no row, in a sentence.
     """
     tables = [group.table() for group in groups]
-    blocks = [group.block(table) for group, table in zip(groups, tables, strict=True)]
+    blocks = [block for group, table in zip(groups, tables, strict=True) for block in group.blocks(table)]
     has_intervals = any(row.score and row.score.interval for table in tables for row in table.rows)
     notes = [*lead_notes(tables, beside=""), *([INTERVALS] if has_intervals else [])]
     notes += [note for group in groups for note in group.notes]
@@ -250,7 +252,9 @@ def leaderboard_page(
         blocks.append(
             Block("The bundles", _BUNDLE_COLUMNS, [*map(_bundle_line, submissions)], "", first="bundle")
         )
-    return as_html(Report(blocks, notes), "\n".join(_refused(refused)), title="SUNSET: leaderboard")
+    return as_html(
+        Report(blocks, [*dict.fromkeys(notes)]), "\n".join(_refused(refused)), title="SUNSET: leaderboard"
+    )
 
 
 def _address(one: Submission, kind: str) -> str:

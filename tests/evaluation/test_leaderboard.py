@@ -104,6 +104,16 @@ def test_campaigns_with_other_settings_have_a_table_of_their_own(change: dict[st
     assert page(first, second).count("<h2>Suite timed") == 2
 
 
+def test_the_tables_of_several_versions_are_named_after_them() -> None:
+    runs = [replace(one, version="0.1.0+bb") for one in campaign()]
+    other = submission("second", runs, structs.replace(PLAN, versions={"sunset": "0.1.0+bb"}))
+    text = page(submission("first", [replace(one, version="0.1.0+aa") for one in campaign()]), other)
+
+    assert re.findall("<h2>(Suite .*)</h2>", text) == [
+        f"Suite timed, seeds 1 to 3, SUNSET 0.1.0+{version}" for version in ("aa", "bb")
+    ]
+
+
 def test_campaigns_that_differ_in_their_managing_systems_are_comparable() -> None:
     other = structs.replace(
         PLAN, managers=("mine",), manager_checksums={"mine": "8"}, runs=3, versions={"sunset": "0.1.0+aa"}

@@ -87,7 +87,7 @@ class Submission:
 
     @property
     def group(self) -> bytes:
-        """What comparable campaigns have in common: all of the plan but the managing systems, and the scenarios."""
+        """The key of comparable campaigns: all of the plan but the managing systems, and the scenarios."""
         names = ("managers", "manager_checksums", "references", "score", "runs", "bag", "scenarios")
         plan = structs.asdict(self.plan) | dict.fromkeys(names)
         plan |= {"suite": self.runs[0].suite, "scenarios_checksum": self.scenarios}
@@ -155,11 +155,16 @@ class Group:
     def _example(self) -> Submission:
         return next(iter(self.owners.values()))
 
-    def table(self) -> ScoreTable:
-        """Return the scores of all rows."""
+    @property
+    def version(self) -> str:
+        """The version of SUNSET."""
+        return self._example.runs[0].version
+
+    def table(self, suffix: str = "") -> ScoreTable:
+        """Return the scores of all rows; the suffix ends the title."""
         one = self._example
         suite = f"{one.runs[0].suite or PurePath(one.plan.suite).name} {one.plan.split[:_SHORT]}".rstrip()
-        return score_table(f"{suite}, {_seeds(one.plan)}", self.systems)
+        return score_table(f"{suite}, {_seeds(one.plan)}{suffix}", self.systems)
 
     def blocks(self, table: ScoreTable) -> Iterator[Block]:
         """Yield the table of the group; managing systems that looked at images are ranked apart."""
@@ -195,7 +200,7 @@ class Group:
         return Line(label, runs, cells)
 
     def _about(self) -> str:
-        """Return what all campaigns of the group have in common, with the hashes that pin it."""
+        """Return the common settings of all campaigns of the group, with hashes."""
         one, run = self._example, self._example.runs[0]
         flights = dict.fromkeys(f"{run.flight.name or 'own'} ({run.flight.short_bag})" for run in one.runs)
         number = len({run.scenario for run in one.runs})
@@ -214,7 +219,7 @@ class Group:
 
 
 def _content(runs: Sequence[RunRow]) -> frozenset[object]:
-    """Return what identifies a row: source, experiment and messages of each run."""
+    """Return the content by which rows are the same: source, experiment and messages of each run."""
     return frozenset((run.sources or run.manager, run.experiment, run.digest) for run in runs)
 
 
@@ -243,7 +248,8 @@ def leaderboard_page(
         submissions: all bundles that have a row.
         refused: the name of a bundle → why it has no row, in a sentence.
     """
-    tables = [group.table() for group in groups]
+    versions = {group.version for group in groups}
+    tables = [group.table(f", SUNSET {group.version}" if len(versions) > 1 else "") for group in groups]
     blocks = [block for group, table in zip(groups, tables, strict=True) for block in group.blocks(table)]
     has_intervals = any(row.score and row.score.interval for table in tables for row in table.rows)
     notes = [*lead_notes(tables, beside=""), *([INTERVALS] if has_intervals else [])]

@@ -30,6 +30,7 @@ order = {
         "docs/results",
         "docs/measurements",
         "docs/publishing",
+        "docs/leaderboard",
         "docs/clusters",
         "ARTIFACT",
     ),

@@ -10,6 +10,7 @@ from sunset.api.catalogue import make_scenario as make_scenario
 from sunset.api.flights import bag_statistics as bag_statistics
 from sunset.api.flights import measure_flights as measure_flights
 from sunset.api.flights import render_flight as render_flight
+from sunset.api.leaderboard import leaderboard as leaderboard
 from sunset.api.options import CampaignOptions as CampaignOptions
 from sunset.api.pictures import fault_figure as fault_figure
 from sunset.api.pictures import fault_picture as fault_picture

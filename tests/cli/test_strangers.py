@@ -101,6 +101,9 @@ USES: dict[str, Callable[[Stranger, Path], object]] = {
     "site": lambda one, out: main(["report", str(one.campaign), "--site", str(out)]),
     "page": lambda one, _: main(["report", str(one.campaign), "--format", "html"]),
     "verify": lambda one, _: main(["verify", str(one.packed), "--run-again", "99"]),
+    "leaderboard": lambda one, out: main(
+        ["leaderboard", str(one.packed), "--out", str(out), "--run-again", "99"]
+    ),
     "load from Python": lambda one, _: [repr(sunset.load(path)) for path in (one.campaign, one.record)],
     "view from Python": lambda one, out: sunset.view(one.record, out=out, show=False),
     "run again": refused_again,

@@ -30,9 +30,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: without the program's name; the process's own if None.
 
     Returns:
-        The exit code: 0 done, 1 done with a negative answer (`managers check`, `ros`, `verify`), a managing system
-        failed in each of its runs (`bench`), or `train --minutes` stopped before its end, 2 bad input (a sentence on
-        stderr says why), 130 interrupted, 143 ended by SIGTERM.
+        The exit code: 0 done, 1 done with a negative answer (`managers check`, `ros`, `verify`, `leaderboard`), a
+        managing system failed in each of its runs (`bench`), or `train --minutes` stopped before its end, 2 bad input
+        (a sentence on stderr says why), 130 interrupted, 143 ended by SIGTERM.
     """
     fill_standard_streams()
     sys.stdout = sys.stdout or os.fdopen(1, "w", encoding="utf-8")

@@ -57,6 +57,7 @@ VERBS: Final[Mapping[str, Verb]] = {
     "report": Verb("print the table of stored runs, or the time line of one", is_extensible=True),
     "bundle": Verb("pack a campaign into one file that others can check", is_long=True, is_extensible=True),
     "verify": Verb("check a bundle: compute its figures again, and run some of its runs again", is_long=True),
+    "leaderboard": Verb("verify bundles, and write a page with their managing systems", is_long=True),
     "view": Verb("replay a stored run, or two side by side, in a page", is_long=True, is_extensible=True),
     "scenarios": Verb("the faults of a run: list, show, generate, check", is_extensible=True),
     "faults": Verb("the catalogue of faults: list, show, figure", is_extensible=True),

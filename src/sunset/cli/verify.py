@@ -20,6 +20,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "something differs, 2 that the file cannot be checked."
     )
     add_path(parser, "path", "FILE.zip", "what 'sunset bundle' wrote")
+    add_rerun_options(parser)
+    parser.add_argument("--model", metavar="DIR", help="the campaign's model, where it is not installed")
+    add_path(parser, "--bag", "PATH", "the campaign's flight, where it has one of its own")
+    add_flag(parser, "--json", "print a JSON object")
+
+
+def add_rerun_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options for second runs of a bundle's runs."""
     parser.add_argument(
         "--run-again", type=int, default=3, metavar="K", help="runs, chosen at random, that are run again"
     )
@@ -31,9 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--trust",
         "run the bundle's own managing systems and extensions, which are programs and may do what you may",
     )
-    parser.add_argument("--model", metavar="DIR", help="the campaign's model, where it is not installed")
-    add_path(parser, "--bag", "PATH", "the campaign's flight, where it has one of its own")
-    add_flag(parser, "--json", "print a JSON object")
 
 
 def execute(arguments: argparse.Namespace) -> int:

@@ -155,7 +155,7 @@ def score_tables(runs: Sequence[RunRow]) -> list[ScoreTable]:
         title = group[0].suite + setting_label(group[0], repairing, by_flight=False)
         tables.setdefault(title.strip(), {})[name] = group
     return [
-        _table(title, systems)
+        score_table(title, systems)
         for title, systems in tables.items()
         # a table of the paper's reference rows alone says nothing
         if not all(
@@ -180,7 +180,8 @@ def score_rows(systems: Systems) -> tuple[ScoreRow, ...]:
     return _rows(systems, _measured(systems))
 
 
-def _table(title: str, systems: Systems) -> ScoreTable:
+def score_table(title: str, systems: Systems) -> ScoreTable:
+    """Return the table of managing systems with comparable runs; `title` names their suite."""
     measured = _measured(systems)
     rows = _rows(systems, measured)
     pairs = [

@@ -289,6 +289,10 @@ class CampaignPlan(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     versions: dict[str, str]
     extensions: dict[str, str] = {}
 
+    def is_of_suite(self, suite: str, manager: str) -> bool:
+        """Return whether a run with these names is of the suite, and not of the paper's reference rows."""
+        return suite == self.suite or not self.references or (suite, manager) not in TABLE_REFERENCES
+
 
 def read_plan(folder: Path) -> CampaignPlan:
     """Return the plan of a campaign, the content of `bench.json` in its folder.

@@ -24,5 +24,6 @@ from sunset.scenarios.splits import SplitSpec as SplitSpec
 from sunset.scenarios.splits import check_split as check_split
 from sunset.scenarios.splits import draw_split as draw_split
 from sunset.scenarios.splits import read_salt as read_salt
+from sunset.scenarios.splits import read_split as read_split
 from sunset.scenarios.splits import scenario_files as scenario_files
 from sunset.scenarios.splits import write_split as write_split

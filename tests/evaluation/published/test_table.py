@@ -94,7 +94,7 @@ def test_runs_stand_above_the_papers_row(store: Store, tmp_path: Path) -> None:
     assert content["rows"][1]["t_down_s"] == {"mean": 4.1, "std": 0.0}
     assert content["rows"][0]["t_down_s"] is None
     assert r"\label{tab:sunset-paper}" in paper_report(tmp_path, "latex")
-    assert "<td>4.10 ± 0.00</td>" in paper_report(tmp_path, "html")
+    assert ">4.10 ± 0.00</td>" in paper_report(tmp_path, "html")
 
 
 def test_another_implementation_gives_the_same_from_the_logs_of_runs(store: Store, tmp_path: Path) -> None:

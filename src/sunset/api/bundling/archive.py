@@ -25,6 +25,7 @@ CAMPAIGN: Final = "campaign"
 """The folder of the plan and the runs."""
 SCENARIOS: Final = "scenarios"
 """The folder of the scenarios of all runs, by suite, and of a split."""
+SPLIT: Final = f"{SCENARIOS}/split"
 
 _EPOCH: Final = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip file can store
 _PERMISSIONS: Final = (stat.S_IFREG | 0o644) << 16

@@ -16,6 +16,7 @@ from sunset.api.bundling.archive import (
     README_FILE,
     REPORT_FILE,
     SCENARIOS,
+    SPLIT,
     write_archive,
 )
 from sunset.api.bundling.checks import check_campaign
@@ -196,7 +197,7 @@ def _scenario_files(plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> Files
             "the folder from which the campaign was run."
         )
     split = (*scenario_files(folder), folder / SPLIT_FILE)
-    return files | {f"{SCENARIOS}/split/{file.name}": file for file in split}
+    return files | {f"{SPLIT}/{file.name}": file for file in split}
 
 
 def _left_out(plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> list[str]:

@@ -1,0 +1,239 @@
+"""Bundles become rows of a leaderboard; a forged bundle is named with a reason, and the others are listed."""
+
+import hashlib
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from tests.api.bundling.conftest import DATE, IMPORTED, Forge
+from tests.api.bundling.test_verifying import (
+    MINE,
+    OTHER_SEED,
+    WET,
+    Edit,
+    changed,
+    replaced,
+    with_messages,
+    without_last_clock,
+)
+
+import sunset
+from sunset.api.bundling import bundle
+from sunset.api.leaderboard import Leaderboard
+from sunset.cli import main
+from sunset.errors import InvalidInputError, RecordError
+from sunset.experiments import BenchSpec, bench
+
+pytestmark = pytest.mark.xdist_group("bundling")
+
+SALT = b"a salt of sixteen bytes"
+SPLIT = "scenarios/split"
+DRAWN = "campaign/runs/train/none/train-0001/seed-1"
+
+
+def listed(*bundles: Path, out: Path, run_again: int = 0, salt_file: Path | None = None) -> Leaderboard:
+    return sunset.leaderboard(bundles, out, run_again=run_again, seed=1, salt_file=salt_file)
+
+
+@pytest.fixture(scope="module")
+def salt(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("salt") / "salt"
+    file.write_bytes(SALT)
+    return file
+
+
+@pytest.fixture(scope="module")
+def sealed(flight: Path, salt: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the bundle of a campaign over a sealed split."""
+    assert flight.exists()
+    folder = tmp_path_factory.mktemp("sealed")
+    sunset.generate_split("train", 1, folder / "round", seed=4, salt_file=salt)
+    suite = str(folder / "round")
+    bench(
+        BenchSpec(suite=suite, managers=("none",), references=False, score=False, repetitions=1),
+        folder / "results",
+        jobs=1,
+    )
+    return bundle(folder / "results", folder / "sealed.zip", date=DATE).path
+
+
+def test_each_managing_system_of_a_bundle_has_a_row_and_the_page_loads_nothing(
+    packed: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    board = listed(packed, out=tmp_path / "site", run_again=1)
+
+    text = board.page.read_text(encoding="utf-8")
+    rows = re.findall(r'<tr><th scope="row">(.*?)</th>(.*?)</tr>', text)
+    assert [name for name, _ in rows] == ["mine", "none", "results"]
+    again = [re.findall(r'data-name="run again">(.*?)<', cells)[0] for _, cells in rows]
+    assert again == ["0/2", "1/2", "1/4"]
+    assert all(f'data-name="date">{DATE}<' in cells for _, cells in rows)
+    assert (board.listed, board.refused) == (("results",), {})
+    assert set(re.findall(r'href="(.*?)"', text)) == {"bundles/results.zip", "bundles/results.txt"}
+    assert not re.search(r"<script|<link|src=|url\(|https?:", text)
+    copy = board.page.parent / "bundles/results.zip"
+    assert copy.read_bytes() == packed.read_bytes()
+    result = copy.with_suffix(".txt").read_text(encoding="utf-8")
+    assert result.startswith("results.zip: 4 runs")
+    assert result.endswith("\nVerified.\n")
+    assert IMPORTED not in capfd.readouterr().err
+
+
+def dropped(folder: Path) -> None:
+    shutil.rmtree(folder / MINE)
+
+
+FORGED: dict[str, tuple[Edit, str]] = {
+    "figure": (
+        changed(f"{WET}/run.json", metrics__t_down_s=0.5),
+        "its t_down_s is stored as 0.5, and the messages give 2",
+    ),
+    "messages": (with_messages(without_last_clock, digest=False), "gives the digest"),
+    "exchanged record": (replaced(WET, OTHER_SEED), "it is the record of seed 2 of wet with none"),
+    "dropped run": (dropped, "it has 4 runs, and 3 can be read"),
+    "label of the oracle": (
+        changed("campaign/bench.json", managers=["none", "oracle=mine.py:Mine"]),
+        "The label 'oracle' is the name of a managing system that comes with SUNSET",
+    ),
+    "authors": (changed("ro-crate-metadata.json", **{"@graph": []}), "lacks the bundle's date or authors"),
+    "plan": (lambda folder: (folder / "campaign/bench.json").unlink(), "cannot be verified"),
+}
+
+
+@pytest.mark.parametrize("name", FORGED)
+def test_a_forged_bundle_is_named_and_the_others_are_listed(
+    name: str, packed: Path, forge: Forge, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    edit, reason = FORGED[name]
+    forged = forge(packed, edit)
+
+    code = main(
+        ["leaderboard", str(forged), str(packed), "--out", str(tmp_path / "site"), "--run-again", "0"]
+    )
+
+    (sentence, _) = capsys.readouterr().out.splitlines()
+    assert sentence.startswith("forged is refused: ")
+    assert reason in sentence
+    assert str(tmp_path) not in sentence.replace(str(forged), "")
+    text = (tmp_path / "site/index.html").read_text(encoding="utf-8")
+    assert "<li><b>forged</b>: " in text
+    assert ">mine</th>" in text
+    assert sorted(file.name for file in (tmp_path / "site/bundles").iterdir()) == [
+        "results.txt",
+        "results.zip",
+    ]
+    assert code == 1
+
+
+def test_a_run_that_never_happened_is_found_by_running_it_again(
+    packed: Path, forge: Forge, tmp_path: Path
+) -> None:
+    forged = forge(packed, with_messages(without_last_clock, digest=True))
+
+    board = listed(forged, out=tmp_path / "site", run_again=99)
+
+    assert "was run again, and left other messages" in board.refused["forged"]
+    assert board.listed == ()
+
+
+def test_references_that_differ_between_bundles_are_refused(
+    packed: Path, forge: Forge, tmp_path: Path
+) -> None:
+    forged = forge(packed, with_messages(without_last_clock, digest=True))
+
+    board = listed(packed, forged, out=tmp_path / "site")
+
+    assert board.refused["forged"].startswith(
+        "its run of none in wet, seed 1, has other messages than the same run in results: one was changed"
+    )
+
+
+def test_a_bundle_and_its_runs_are_listed_once(results: Path, packed: Path, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    shutil.copyfile(packed, tmp_path / "other/results.zip")
+    bundle(results, tmp_path / "later.zip", date="2026-03-15")
+
+    board = listed(packed, tmp_path / "other/results.zip", tmp_path / "later.zip", out=tmp_path / "site")
+
+    assert board.listed == ("results",)
+    assert board.refused == {
+        "results-2": "it is the same file as results.",
+        "later": "all of its runs are in results already.",
+    }
+
+
+def test_a_sealed_split_is_drawn_again_from_its_published_salt(
+    sealed: Path, salt: Path, tmp_path: Path
+) -> None:
+    described = hashlib.sha256(SALT).hexdigest()
+
+    before = listed(sealed, out=tmp_path / "before").page.read_text(encoding="utf-8")
+    after = listed(sealed, out=tmp_path / "after", salt_file=salt).page.read_text(encoding="utf-8")
+
+    assert f"salt: SHA-256 {described}; the scenarios were not drawn from it again<" in before
+    assert f"salt: SHA-256 {described}; the scenarios were drawn from it again<" in after
+    assert re.search(r"split train: SHA-256 [0-9a-f]{64}\n", after)
+
+
+def other_split(folder: Path) -> None:
+    """Replace the split by another that the runs are not of, with the plan."""
+    shutil.rmtree(folder / SPLIT)
+    other = sunset.generate_split("train", 1, folder / SPLIT, seed=5)
+    changed("campaign/bench.json", split=other.sha256)(folder)
+
+
+def easier_split(folder: Path) -> None:
+    """Remove all faults from the split and the runs, with the hashes."""
+    file = folder / SPLIT / "train-0001.yaml"
+    file.write_text("name: train-0001\nfaults: []\n")
+    line = f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.name}\n"
+    pinned = hashlib.sha256(line.encode()).hexdigest()
+    changed(f"{SPLIT}/split.json", sha256=pinned)(folder)
+    changed("campaign/bench.json", split=pinned)(folder)
+    changed(f"{DRAWN}/run.json", faults=[])(folder)
+
+
+SPLITS: dict[str, tuple[Edit, str]] = {
+    "of another hash": (
+        changed("campaign/bench.json", split="0" * 64),
+        f"scenarios/split: its SHA-256 is [0-9a-f]+, and {'0' * 64} in the plan",
+    ),
+    "other": (other_split, f"{DRAWN}: its scenario differs from train-0001 of the suite"),
+    "changed": (
+        lambda folder: (folder / SPLIT / "train-0001.yaml").write_text("name: train-0001\nfaults: []\n"),
+        "scenarios/split: The scenarios in scenarios/split are not those of its split.json",
+    ),
+    "easier": (
+        easier_split,
+        "does not have the scenarios that its split.json makes|the messages",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SPLITS)
+def test_another_split_is_refused(name: str, sealed: Path, forge: Forge, salt: Path, tmp_path: Path) -> None:
+    edit, reason = SPLITS[name]
+
+    board = listed(forge(sealed, edit), sealed, out=tmp_path / "site", salt_file=salt)
+
+    assert board.listed == ("sealed",)
+    assert re.search(reason, board.refused["forged"])
+
+
+def test_bad_input_leaves_nothing(packed: Path, sealed: Path, salt: Path, tmp_path: Path) -> None:
+    (tmp_path / "notes.zip").write_text("notes")
+    out = tmp_path / "site"
+
+    with pytest.raises(RecordError, match=r"notes\.zip is not a bundle: name files that"):
+        listed(packed, tmp_path / "notes.zip", out=out)
+    with pytest.raises(RecordError, match=r"gone\.zip is not a bundle"):
+        listed(tmp_path / "gone.zip", out=out)
+    with pytest.raises(InvalidInputError, match="No bundle that passed has a split of the salt in "):
+        listed(packed, out=out, salt_file=salt)
+    with pytest.raises(InvalidInputError, match="must be at least 0, got -1"):
+        listed(packed, out=out, run_again=-1)
+    with pytest.raises(InvalidInputError, match="must be a list of files, got "):
+        sunset.leaderboard(str(sealed), out)
+    assert main(["leaderboard", str(tmp_path / "notes.zip"), "--out", str(out)]) == 2
+    assert not out.exists()

@@ -11,7 +11,7 @@ from tests.evaluation.test_scores import campaign
 from sunset.errors import RecordError
 from sunset.evaluation.leaderboard import Group, Submission, leaderboard_page
 from sunset.evaluation.results import RunRow
-from sunset.recording import CampaignPlan
+from sunset.recording import SETTINGS, CampaignPlan
 from sunset.scenarios import SplitDescription
 from sunset.system import DIAGNOSE
 
@@ -171,7 +171,7 @@ def test_of_campaigns_that_only_diagnose_the_diagnosis_ranks() -> None:
     runs = [
         replace(
             one,
-            task=DIAGNOSE,
+            settings={**SETTINGS, "task": DIAGNOSE},
             metrics={
                 **one.metrics,
                 "diagnoses": 1,

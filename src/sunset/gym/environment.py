@@ -201,6 +201,7 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
         key = spec.flight, spec.timing.frames
         if key not in self._prepared:
             self._prepared[key] = prepare(spec)
+            self._prepared[key].frames.keep()
         card = self._prepared[key].model.card
         known = with_strengths(spec.scenario, card.severities, card.name)
         self._running = _Episode(spec, replace(self._prepared[key], scenario=known))

@@ -135,6 +135,7 @@ def test_a_changed_value_is_reported_once_and_not_used(
         change, values = FORGERIES[forgery]
         connection.execute(f"UPDATE known SET {change} WHERE key = ?", (*values, KEY))  # noqa: S608  it is ours
 
+    cache = ImageCache(path)  # which remembers nothing
     assert [cache.get(KEY), cache.get(KEY)] == [None, None]
     assert caplog.messages == [f"The cache {path} holds a value that was changed: it is computed anew."]
     cache.put(KEY, VALUE)

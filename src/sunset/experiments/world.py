@@ -92,9 +92,10 @@ class World:
         self, spec: RunSpec, resources: Resources, observer: Observer, watch: Watch | None = None
     ) -> None:
         self._spec, self._resources, self._observer = spec, resources, observer
+        self._timing = spec.timing
         self._watch = watch = watch or Watch()
         self.failure = ""
-        timing, system = spec.timing, current_system()
+        timing, system = self._timing, current_system()
         compute = {full_name(node): seconds for node, seconds in system.compute_s.items()}
         self._simulation = simulation = Simulation(
             seed=spec.seed, compute=compute, jitter=timing.jitter, latency_s=timing.latency_s
@@ -128,7 +129,7 @@ class World:
 
     def let_in(self, manager: ManagerProcess) -> None:
         """Connect a confined managing system to the network; if it fails, the experiment goes on without it."""
-        spec, timing, simulation = self._spec, self._spec.timing, self._simulation
+        spec, timing, simulation = self._spec, self._timing, self._simulation
         process = simulation.create_process(MANAGER_PROCESS)
         stage = "could not be constructed"
 
@@ -174,7 +175,7 @@ class World:
         Raises:
             SunsetError: the managed system does not come up in time.
         """
-        supervisor, timing, simulation = self._supervisor, self._spec.timing, self._simulation
+        supervisor, timing, simulation = self._supervisor, self._timing, self._simulation
         with _blaming_nodes(self._spec, self._watch):
             limit_s = timing.bring_up_limit_s
             is_up = simulation.run_while(

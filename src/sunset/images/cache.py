@@ -24,6 +24,8 @@ _TABLE: Final = (
     "CREATE TABLE known (key BLOB PRIMARY KEY, value BLOB NOT NULL, checksum BLOB NOT NULL) WITHOUT ROWID"
 )
 _REMEDY: Final = "--no-cache does without it, SUNSET_CACHE_DIR names another folder"
+_MOST_RECENT: Final = 20_000
+"""How many values a process keeps in memory: those of some tens of runs."""
 _WAIT_S: Final = 60.0
 """Time to wait for other processes that write at the same moment."""
 
@@ -57,6 +59,7 @@ class ImageCache:
         self._connection: sqlite3.Connection | None = None
         self._process = 0
         self._suspicious = False
+        self._recent: dict[bytes, bytes] = {}
         if not self._path.exists():
             self._create()
         with self._lock, self._errors():
@@ -76,6 +79,9 @@ class ImageCache:
         Raises:
             DataError: the file is damaged.
         """
+        known = self._recent.get(key)
+        if known is not None:
+            return known
         with self._lock, self._errors():
             query = "SELECT value, checksum FROM known WHERE key = ?"
             row = self._connected().execute(query, (key,)).fetchone()
@@ -83,6 +89,7 @@ class ImageCache:
             return None
         value, checksum = row
         if isinstance(value, bytes) and checksum == _checksum(key, value):
+            self._remember(key, value)
             return value
         if not self._suspicious:
             self._suspicious = True
@@ -99,6 +106,12 @@ class ImageCache:
         with self._lock, self._errors():
             statement = "INSERT OR REPLACE INTO known VALUES (?, ?, ?)"
             self._connected().execute(statement, (key, value, _checksum(key, value)))
+        self._remember(key, value)
+
+    def _remember(self, key: bytes, value: bytes) -> None:
+        if len(self._recent) == _MOST_RECENT:
+            self._recent.clear()
+        self._recent[key] = value
 
     def close(self) -> None:
         """Close the file; it is opened again when needed."""

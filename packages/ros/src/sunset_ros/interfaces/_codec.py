@@ -91,7 +91,8 @@ def frozen(value: npt.NDArray[_T], dtype: np.dtype[_T]) -> npt.NDArray[_T]:
     """Return `value` as `array_of` does, marked read-only, so that messages may share it."""
     if value.__class__ is not np.ndarray or value.dtype is not dtype or value.ndim != 1:
         value = array_of(value, dtype)
-    value.flags.writeable = False
+    if value.size:
+        value.flags.writeable = False
     return value
 
 

@@ -173,7 +173,7 @@ class Settings:
         SIMULATED,
         "middleware",
         "where the nodes run: "
-        + "; ".join(f"{name} = {description}" for name, description in BACKENDS.items()),
+        + "; ".join(f"{name} = {backend.where}" for name, backend in BACKENDS.items()),
         choices=tuple(BACKENDS),
     )
     speed: Annotated[float, Meta(ge=0.01, le=100, title="rate of a live run")] = _option(

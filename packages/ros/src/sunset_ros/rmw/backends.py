@@ -1,11 +1,12 @@
 """The middlewares by the names that users give them.
 
-A new middleware is a package beside `sim` and `dds`, an entry in `BACKENDS`, and an import in `live_middleware`.
+A new middleware is a package beside `sim` and `dds`, and an entry in `BACKENDS`.
 """
 
 from collections.abc import Mapping
+from importlib import import_module
 from types import MappingProxyType
-from typing import Final
+from typing import Final, NamedTuple, cast
 
 from sunset_ros.rmw.core.live import LiveMiddleware
 
@@ -15,13 +16,21 @@ SIMULATED: Final = "sim"
 LIVE: Final = "cyclonedds"
 """The default of live processes."""
 
-BACKENDS: Final[Mapping[str, str]] = MappingProxyType(
+
+class Backend(NamedTuple):
+    """A middleware: its package in `sunset_ros.rmw`, and where nodes run, for `--help`."""
+
+    package: str
+    where: str
+
+
+BACKENDS: Final[Mapping[str, Backend]] = MappingProxyType(
     {
-        SIMULATED: "simulated, in virtual time",
-        LIVE: "a process each, on ROS 2's network, in real time",
+        SIMULATED: Backend("sim", "simulated, in virtual time"),
+        LIVE: Backend("dds", "a process each, on ROS 2's network, in real time"),
     }
 )
-"""Name → where nodes run, for `--help`; all but the first are live."""
+"""Name → middleware; all but the first are live."""
 
 
 def live_middleware(name: str = LIVE) -> LiveMiddleware:
@@ -30,6 +39,4 @@ def live_middleware(name: str = LIVE) -> LiveMiddleware:
     Raises:
         MissingExtraError: its extra is not installed.
     """
-    from sunset_ros.rmw import dds  # noqa: PLC0415  an optional extra
-
-    return {LIVE: dds}[name]
+    return cast("LiveMiddleware", import_module(f"{__package__}.{BACKENDS[name].package}"))

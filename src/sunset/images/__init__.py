@@ -1,4 +1,4 @@
-"""Images as what was done to which image: their pixels are computed only if somebody looks, measurements looked up."""
+"""Images as what was done to which image: pixels are computed when they are read, and measurements looked up."""
 
 from sunset.images.cache import ImageCache as ImageCache
 from sunset.images.cache import platform_digest as platform_digest

@@ -1,4 +1,4 @@
-"""Images whose pixels are computed only if somebody looks at them."""
+"""Images whose pixels are computed when they are read."""
 
 import hashlib
 import inspect
@@ -30,8 +30,8 @@ def digest_of(content: Pixels | bytes) -> bytes:
 class LazyImage:
     """An image as what was done to which image.
 
-    Its pixels are computed once somebody looks at them. What is measured on it is looked up in the cache by its `key`,
-    without its pixels, if anybody has measured it on such an image before.
+    Its pixels are computed when they are first read. What is measured on it is looked up in the cache by its `key`,
+    without its pixels.
 
     Args:
         size: height and width in pixels.

@@ -74,7 +74,8 @@ def leaderboard_page(submissions: Sequence[Submission], notes: Sequence[str]) ->
     groups: dict[bytes, list[Submission]] = {}
     for submission in submissions:
         groups.setdefault(submission.group, []).append(submission)
-    blocks, tables, facts = [], [], []
+    blocks: list[Block] = []
+    tables, facts = [], []
     for group in groups.values():
         entries = _entries(group)
         table = score_table(_title(group[0]), {name: runs for name, (_, runs) in entries.items()})

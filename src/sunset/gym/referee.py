@@ -16,7 +16,6 @@ from sunset.system import (
     EXPERIMENT,
     LOG_TOPIC,
     RESULT_TOPIC,
-    SENSOR_TOPICS,
     TRUTH_TOPIC,
     full_name,
 )
@@ -25,7 +24,8 @@ from sunset_ros.interfaces import Message
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.interfaces.stamps import ns_of
 
-PICTURES: Final = (full_name("rgb_camera"), RESULT_TOPIC, SENSOR_TOPICS[0])
+PICTURES: Final = (full_name("rgb_camera"), RESULT_TOPIC)
+"""What is rendered: colours, and labels."""
 
 
 class Referee(Observer):

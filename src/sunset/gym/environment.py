@@ -104,10 +104,10 @@ class _Episode:
 class RepairEnv(gymnasium.Env[Any, SupportsInt]):
     """Repair the managed system while a scenario's faults come; an episode is a run in the simulation.
 
-    An agent sees what a managing system may see. It decides every 0.2 s of the experiment, if it has no patience, from the first segmented
-    frame on; the measured time begins some seconds later. The rewards of an episode add up to the run's `utility`,
-    which `sunset.bench` reports for the same decisions. Episodes are truncated, not terminated: the measurement ends,
-    and the mission goes on.
+    An agent sees what a managing system may see. It decides every 0.2 s of the experiment, unless it has patience, from
+    the first segmented frame on; the measured time begins some seconds later. The rewards of an episode add up to the
+    run's `utility`, which `sunset.bench` reports for the same decisions. Episodes are truncated, not terminated: the
+    measurement ends, and the mission goes on.
 
     Actions are numbered as in `action_names`; 0 does nothing. Masks, in `info["action_mask"]` and by `action_masks`,
     say which can have an effect. The last `info` has `utility`, and every one `scenario` and `seed`.

@@ -49,7 +49,6 @@ class Referee(Observer):
         self._frames: list[tuple[int, float]] = []  # when each frame was taken, and its IoU
         self._unknown: list[int] = []  # when each frame without a known class was taken
         self._timeline: Timeline | None = None
-        self._cured = 0
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Note a message that the utility depends on."""
@@ -89,9 +88,7 @@ class Referee(Observer):
 
     def cured(self, start_ns: int) -> int:
         """Return how many faults are cured; a cure that is in place counts from its beginning."""
-        if self._timeline is None:
-            self._cured = faults_cured(self._known_timeline(start_ns))
-        return self._cured
+        return faults_cured(self._known_timeline(start_ns))
 
     def _known_timeline(self, start_ns: int) -> Timeline:
         """Return the timeline without its frames."""

@@ -3,10 +3,11 @@
 import hashlib
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.api.bundling.conftest import DATE, IMPORTED, Forge
+from tests.api.bundling.conftest import DATE, IMPORTED, SETTINGS, Forge
 from tests.api.bundling.test_verifying import (
     MINE,
     OTHER_SEED,
@@ -24,6 +25,7 @@ from sunset.api.leaderboard import Leaderboard
 from sunset.cli import main
 from sunset.errors import InvalidInputError, RecordError
 from sunset.experiments import BenchSpec, bench
+from sunset.system import DIAGNOSE
 
 pytestmark = pytest.mark.xdist_group("bundling")
 
@@ -131,6 +133,24 @@ def test_a_run_that_never_happened_is_found_by_running_it_again(
 
     assert "was run again, and left other messages" in board.refused[0]
     assert board.listed == ()
+
+
+def test_a_campaign_that_only_diagnoses_is_refused(results: Path, tmp_path: Path) -> None:
+    spec = BenchSpec(
+        suite=str(results.with_name("rain")),
+        managers=("none",),
+        references=False,
+        score=False,
+        repetitions=1,
+        settings=replace(SETTINGS, task=DIAGNOSE),
+    )
+    bench(spec, tmp_path / "results", jobs=1)
+    diagnosis = bundle(tmp_path / "results", tmp_path / "diagnosis.zip").path
+
+    board = listed(diagnosis, out=tmp_path / "site")
+
+    assert board.listed == ()
+    assert "repairs, and a leaderboard ranks repairs." in board.refused[0]
 
 
 def test_bundles_of_one_name_are_told_apart(packed: Path, tmp_path: Path) -> None:

@@ -41,7 +41,6 @@ _ESCAPES: Final = {
     "\n": " ",
 }
 
-_LONG_CELL: Final = 60  # a cell with more characters has several lines in a page
 _LONG: Final = 24  # a name with more characters gets a separate line in LaTeX
 
 _HEAD: Final = r"""\documentclass{article}
@@ -80,12 +79,12 @@ def plain(cell: Cell) -> str:
     match cell:
         case None:
             return "N/A"
+        case Link(text, _):
+            return text
         case Quantity(mean, std, interval):
             deviation = "" if std is None else f" ± {std:.2f}"
             low, high = interval or (mean, mean)
             return f"{mean:z.2f}{deviation}" + (f" [{low:z.2f}, {high:z.2f}]" if interval else "")
-        case Link(text, _):
-            return text
     return cell
 
 
@@ -105,22 +104,17 @@ class Line(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A table: its title, columns and lines, and the label by which LaTeX refers to it.
-
-    A page has a paragraph `about` it. The first column is headed by `first`.
-    """
+    """A table: its title, columns and lines, and the label by which LaTeX refers to it."""
 
     title: str
     columns: Sequence[Column]
     lines: Sequence[Line]
     label: str
-    about: str = ""
-    first: str = "system"
 
     @property
     def head(self) -> list[str]:
         """The headings of all columns."""
-        return [self.first, "runs", *(column.text for column in self.columns)]
+        return ["system", "runs", *(column.text for column in self.columns)]
 
     def rows(self, shown: Callable[[Cell], str] = plain) -> list[list[str]]:
         """Return the texts of all lines, with cells as `shown` returns them."""
@@ -217,7 +211,7 @@ def _latex_table(block: Block) -> str:
     return "\n".join(out)
 
 
-def as_html(report: Report, more: str = "", figures: str = "", title: str = PAGE_TITLE) -> str:
+def as_html(report: Report, more: str = "", figures: str = "", *, title: str = PAGE_TITLE) -> str:
     """Return a report as a page of HTML, with `more` HTML behind its tables, and `figures` before the paper's."""
     parts = [_html_table(block) for block in report.blocks]
     labels = [block.label for block in report.blocks]
@@ -227,30 +221,27 @@ def as_html(report: Report, more: str = "", figures: str = "", title: str = PAGE
     meanings = "\n".join(f"<dt>{escape(text)}</dt><dd>{escape(meaning)}</dd>" for text, meaning in columns)
     notes = "\n".join(f"<li>{escape(note)}</li>" for note in report.notes)
     page = Template(files("sunset.evaluation").joinpath("report.html").read_text(encoding="utf-8"))
-    return page.substitute(title=escape(title), tables=tables, more=more, notes=notes, meanings=meanings)
+    return page.substitute(title=title, tables=tables, more=more, notes=notes, meanings=meanings)
 
 
 def _html_table(block: Block) -> str:
-    names = [escape(text) for text in block.head]
     heads = "".join(
         f'<th scope="col" title="{escape(column.meaning)}">{escape(column.text)}</th>'
         for column in block.columns
     )
     body = "\n".join(
-        f'<tr><th scope="row">{escape(line.label)}</th><td class="runs" data-name="{names[1]}">{escape(line.runs)}</td>'
-        f"{''.join(map(_html_cell, names[2:], line.cells))}</tr>"
-        for line in block.lines
+        f'<tr><th scope="row">{escape(label)}</th><td class="runs">{escape(runs)}</td>'
+        + "".join(f"<td>{cell}</td>" for cell in cells)
+        + "</tr>"
+        for label, runs, *cells in block.rows(_html_cell)
     )
-    about = f'<p class="about">{escape(block.about)}</p>\n' if block.about else ""
     return (
-        f'<h2>{escape(block.title)}</h2>\n{about}<div class="scroll">\n<table class="cards">\n<thead><tr>'
-        f'<th scope="col">{names[0]}</th><th scope="col" class="runs">{names[1]}</th>{heads}</tr></thead>'
+        f'<h2>{escape(block.title)}</h2>\n<div class="scroll">\n<table>\n<thead><tr>'
+        f'<th scope="col">system</th><th scope="col" class="runs">runs</th>{heads}</tr></thead>'
         f"\n<tbody>\n{body}\n</tbody>\n</table>\n</div>"
     )
 
 
-def _html_cell(name: str, cell: Cell) -> str:
+def _html_cell(cell: Cell) -> str:
     text = escape(plain(cell))
-    kind = ' class="long"' if len(text) > _LONG_CELL else ""
-    shown = f'<a href="{escape(cell.address)}">{text}</a>' if isinstance(cell, Link) else text
-    return f'<td data-name="{name}"{kind}>{shown}</td>'
+    return f'<a href="{escape(cell.address)}">{text}</a>' if isinstance(cell, Link) else text

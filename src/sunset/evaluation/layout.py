@@ -17,7 +17,7 @@ from sunset_ros.texts import printable, shorten
 
 _CURED: Final = Column("cured ↑", "faults that were cured, of all")
 _NEEDLESS: Final = Column("needless ↓", "adaptations of a run that are no step of a cure of a fault there")
-FIRST_COLUMNS: Final = (
+_FIRST_COLUMNS: Final = (
     Column("evidence", "what the managing system looked at, and is ranked by"),
     Column("score ↑", "the share of what repairing can win: 0 as none, 1 as oracle; with its 95 % interval"),
     Column("quality ↑", "mean IoU of all frames (IoU_all), of which one that never came counts 0"),
@@ -85,7 +85,7 @@ _LEAST_CALM_S: Final = 1.0
 _SHOWN: Final = 10
 _LONGEST_REASON: Final = 300
 _BESIDE: Final = "; ".join(
-    f"{column.text.rstrip(' ↑↓')}: {column.meaning}" for column in FIRST_COLUMNS if column.text != "score ↑"
+    f"{column.text.rstrip(' ↑↓')}: {column.meaning}" for column in _FIRST_COLUMNS if column.text != "score ↑"
 )
 _PAPER_NOTE: Final = (
     "The paper's figures are by SUNSET's definitions. 'sunset report DIR --paper' shows them by those of the published "
@@ -127,22 +127,19 @@ def _lead(table: ScoreTable) -> Iterator[Block]:
     suite = f": {table.title}" if table.title else ""
     label = "-".join(("", *re.findall(r"[a-z0-9.]+", table.title.lower())))
     rows = sorted(table.rows, key=lambda row: row.evidence == "images")  # evidence is ranked apart
-    harms = [
-        Line(row.system, str(row.harm.runs), [interval_cell(row.harm)]) for row in table.rows if row.harm
-    ]
+    harms = [Line(row.system, str(row.harm.runs), [_interval(row.harm)]) for row in table.rows if row.harm]
     differences = [_difference_line(pair) for pair in table.neighbours]
     harm, difference = "Harm where there is nothing to repair", "Differences between neighbours"
-    yield Block(f"The score{suite}", FIRST_COLUMNS, [*map(score_line, rows)], f"tab:sunset-score{label}")
+    yield Block(f"The score{suite}", _FIRST_COLUMNS, [*map(_score_line, rows)], f"tab:sunset-score{label}")
     yield Block(f"{harm}{suite}", _HARM_COLUMNS, harms, f"tab:sunset-harm{label}")
     yield Block(f"{difference}{suite}", _DIFFERENCE_COLUMNS, differences, f"tab:sunset-differences{label}")
 
 
-def score_line(row: ScoreRow) -> Line:
-    """Return the line of a managing system, with a cell for each of `FIRST_COLUMNS`."""
+def _score_line(row: ScoreRow) -> Line:
     lost = {"invalid": row.invalid, "missing": row.missing}
     runs = ", ".join([str(row.runs), *(f"{number} {state}" for state, number in lost.items() if number)])
     # the scores of references are 0 and 1 by definition
-    score = Quantity(row.score.mean) if row.score and row.is_reference else interval_cell(row.score)
+    score = Quantity(row.score.mean) if row.score and row.is_reference else _interval(row.score)
     quality, down, needless = (Quantity(each.mean) if each else None for each in row.estimates.values())
     cured = f"{row.cured}/{row.faults}" if row.faults else None
     down_s = f"{down.mean:.2f} s" if down else None
@@ -151,15 +148,9 @@ def score_line(row: ScoreRow) -> Line:
 
 def _difference_line(pair: ManagerDifference) -> Line:
     won = None if pair.pairs_won is None else Quantity(pair.pairs_won)
-    cells = (interval_cell(pair.score), interval_cell(pair.utility), won, p_text(pair))
+    p = None if pair.p_holm is None else f"< {_LEAST_P}" if pair.p_holm < _LEAST_P else f"{pair.p_holm:.3f}"
+    cells = (_interval(pair.score), _interval(pair.utility), won, p)
     return Line(f"{pair.first} − {pair.second}", str(pair.pairs), cells)
-
-
-def p_text(pair: ManagerDifference) -> str | None:
-    """Return the p of a difference as a text."""
-    if pair.p_holm is None:
-        return None
-    return f"< {_LEAST_P}" if pair.p_holm < _LEAST_P else f"{pair.p_holm:.3f}"
 
 
 def _block(title: str, label: str, rows: Sequence[SystemRow], columns: Mapping[str, Column]) -> Block:
@@ -180,8 +171,7 @@ def _share(part: float, whole: float) -> str | None:
     return f"{part:.0f}/{whole:.0f} ({part / whole:.0%})" if whole else None
 
 
-def interval_cell(estimate: Estimate | None) -> Quantity | None:
-    """Return an estimate with its interval."""
+def _interval(estimate: Estimate | None) -> Quantity | None:
     return Quantity(estimate.mean, interval=estimate.interval) if estimate else None
 
 
@@ -189,12 +179,11 @@ def _diagnosis_block(rows: Sequence[SystemRow]) -> Block:
     """Return the table of diagnoses, with `none` for comparison; empty if no run published a diagnosis."""
     diagnosing = [row for row in rows if row.total("diagnoses")]
     shown = [row for row in rows if row in diagnosing or row.example.manager == "none"] if diagnosing else []
-    lines = [Line(row.system, str(row.runs), diagnosis_cells(row)) for row in shown if not row.is_reference]
+    lines = [Line(row.system, str(row.runs), _diagnosis_cells(row)) for row in shown if not row.is_reference]
     return Block("Diagnosis", _DIAGNOSIS_COLUMNS, lines, "tab:sunset-diagnosis")
 
 
-def diagnosis_cells(row: SystemRow) -> Sequence[Cell]:
-    """Return a cell for each of `_DIAGNOSIS_COLUMNS`."""
+def _diagnosis_cells(row: SystemRow) -> Sequence[Cell]:
     injected, calm_s = row.total("faults_injected"), row.total("faultless_s")
     levels = []
     for count, time in _LEVELS:
@@ -206,8 +195,8 @@ def diagnosis_cells(row: SystemRow) -> Sequence[Cell]:
     return (*levels, alarms, f"{brier.mean:.3f}" if brier else None)
 
 
-def lead_notes(tables: Sequence[ScoreTable], beside: str = _BESIDE) -> list[str]:
-    """Return the notes of a report about its first page; `beside` explains the figures beside the score."""
+def lead_notes(tables: Sequence[ScoreTable]) -> list[str]:
+    """Return the notes of a report about its first page."""
     if not tables:
         return []
     scored = [table for table in tables if any(row.score or row.harm for row in table.rows)]
@@ -220,7 +209,7 @@ def lead_notes(tables: Sequence[ScoreTable], beside: str = _BESIDE) -> list[str]
     return [
         SCORE_METHOD if scored else NO_SCORE,
         *([HARM] if any(row.harm for row in rows) else []),
-        *([f"Beside the score: {beside}."] if beside else []),
+        f"Beside the score: {_BESIDE}.",
         *(_price_note(table, evidence) for table in scored if table.orders for evidence in table.classes),
         *(
             f"{row.system}{_where(table)}: {row.unpaired} of {counted(row.runs, 'run')} without a score, since a valid "

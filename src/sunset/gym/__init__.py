@@ -10,7 +10,6 @@ except ImportError as error:
     ) from error
 
 from sunset.gym.environment import RepairEnv as RepairEnv
-from sunset.gym.waiting import UntilSymptomsChange as UntilSymptomsChange
 from sunset.managing.policy import Policy as Policy
 
 gymnasium.register("sunset/Repair-v0", entry_point="sunset.gym.environment:RepairEnv")

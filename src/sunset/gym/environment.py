@@ -65,58 +65,49 @@ class _Episode:
     Attributes:
         seat: its managing system.
         referee: sees its truth.
+        is_over: whether the measured time has ended.
+        utility: at the present decision.
     """
 
-    def __init__(self, spec: RunSpec, resources: Resources) -> None:
+    def __init__(self, spec: RunSpec, resources: Resources, patience: int, cure_reward: float) -> None:
         self.spec = spec
+        self._cure_reward = cure_reward
         outside = copy_context()  # the managing system must not know unlisted faults
         with system_with(fault.name for fault in spec.scenario.faults):
             self._context = copy_context()
             self.referee = Referee(describe(spec, resources))
             self._world = World(spec, resources, self.referee)
         self.seat: _Seat = outside.run(self._world.manage, _Seat)
-        self._score = 0.0, 0
-        self.advance()
+        self.seat.patience = patience
+        self._context.run(self._advance)
+        self._worth = 0.0
 
-    def advance(self) -> bool:
-        """Go on to the next decision; return whether the run is over."""
-        return self._context.run(self._advance)
-
-    def _advance(self) -> bool:
-        seat = self.seat
-        goes_on = self._world.advance_until(lambda: seat.is_asked)
-        if not goes_on:
-            self._world.finish()
-        return not goes_on
-
-    def begin(self, action: int) -> None:
-        """Begin an action."""
+    def step(self, action: int) -> float:
+        """Begin an action, go on to the next decision, and return the reward."""
         self.seat.is_asked = False
         self.seat.answer.set_result(action)
+        before = self._worth
+        self._context.run(self._advance)
+        return self._worth - before
 
-    def gain(self, cure_reward: float) -> float:
-        """Return the increase of utility and of the number of cured faults, which is weighted, since the last call."""
-        return self._context.run(self._gain, cure_reward)
-
-    def _gain(self, cure_reward: float) -> float:
-        start_ns = self._world.start_ns or self._world.now_ns
-        cured = self.referee.cured(start_ns) if cure_reward else 0
-        (utility, before), self._score = self._score, (self.referee.utility(start_ns), cured)
-        return self._score[0] - utility + cure_reward * (cured - before)
-
-    @property
-    def utility(self) -> float:
-        """The utility at the last `gain`."""
-        return self._score[0]
+    def _advance(self) -> None:
+        world, seat = self._world, self.seat
+        self.is_over = not world.advance_until(lambda: seat.is_asked)
+        if self.is_over:
+            world.finish()
+        start_ns = world.start_ns or world.now_ns
+        self.utility = self.referee.utility(start_ns)
+        cured = self.referee.cured(start_ns) if self._cure_reward else 0
+        self._worth = self.utility + self._cure_reward * cured
 
 
 class RepairEnv(gymnasium.Env[Any, SupportsInt]):
     """Repair the managed system while a scenario's faults come; an episode is a run in the simulation.
 
-    An agent sees what a managing system may see. It decides every 0.2 s of the experiment, from the first segmented
-    frame on; the measured time begins some seconds later. The rewards of an episode add up to the run's `utility`,
-    which `sunset.bench` reports for the same decisions. Episodes are truncated, not terminated: the measurement ends,
-    and the mission goes on.
+    An agent sees what a managing system may see. It decides every 0.2 s of the experiment, unless it has patience, from
+    the first segmented frame on; the measured time begins some seconds later. The rewards of an episode add up to the
+    run's `utility`, which `sunset.bench` reports for the same decisions. Episodes are truncated, not terminated: the
+    measurement ends, and the mission goes on.
 
     Actions are numbered as in `action_names`; 0 does nothing. Masks, in `info["action_mask"]` and by `action_masks`,
     say which can have an effect. The last `info` has `utility`, and every one `scenario` and `seed`.
@@ -131,6 +122,7 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
         observation: the form of observations: `arrays`, `graph` or `text`, as `sunset.managing.policy.Sight` has them.
         cure_reward: is paid for each fault that is cured besides, and taken back if the cure is undone early; for
             training, since it depends on the truth.
+        patience: as in `Policy`.
         render_mode: `rgb_array` or None.
         extensions: as in `sunset.Options`, like the options.
         **options: of the runs, such as `model` and `duration`.
@@ -156,25 +148,32 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
         seeds: Sequence[int] = (),
         observation: str = "arrays",
         cure_reward: float = 0.0,
+        patience: int = 1,
         render_mode: str | None = None,
         extensions: Extensions = (),
         **options: Any,
     ) -> None:
-        _check_forms(observation, render_mode)
+        if observation not in FORMS:
+            raise InvalidInputError(
+                f"There is no observation {shown(observation)}: {suggestion(observation, FORMS)}choose one of "
+                f"{', '.join(FORMS)}."
+            )
         with extended(extensions):
             self._context: Context = copy_context()
             make_space, self._observe = FORMS[observation]
             self.observation_space = make_space()
             self.action_names = action_names()
             self.scenarios = (
-                _named(scenarios) if scenarios else _drawn(split, count, split_seed, flights=flights)
+                _named(scenarios)
+                if scenarios
+                else draw_split(SplitSpec(split=split, count=count, seed=split_seed, flights=flights))
             )
         self.action_space = gymnasium.spaces.Discrete(len(self.action_names))
         self.render_mode = render_mode
-        self._seeds, self._options, self._cure_reward = tuple(seeds), options, cure_reward
+        self._seeds, self._options = tuple(seeds), options
+        self._patience, self._cure_reward = patience, cure_reward
         self._prepared: dict[object, Resources] = {}
         self._running: _Episode | None = None
-        self._is_over = True
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -204,8 +203,8 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
             self._prepared[key].frames.keep()
         card = self._prepared[key].model.card
         known = with_strengths(spec.scenario, card.severities, card.name)
-        self._running = _Episode(spec, replace(self._prepared[key], scenario=known))
-        self._is_over = False
+        resources = replace(self._prepared[key], scenario=known)
+        self._running = _Episode(spec, resources, self._patience, self._cure_reward)
 
     def step(self, action: SupportsInt) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Do an action, and go on to the next decision that is due.
@@ -214,22 +213,19 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
             ResetNeeded: the episode is over, or none has begun.
             InvalidInputError: there is no such action.
         """
-        if self._is_over:
+        if self._episode.is_over:
             raise ResetNeeded("The episode is over: reset the environment before the next step.")
         if not 0 <= int(action) < len(self.action_names):
             raise InvalidInputError(
                 f"An action must be a whole number from 0 to {len(self.action_names) - 1}, got {shown(action)}."
             )
-        self._episode.begin(int(action))
-        self._is_over = self._episode.advance()
-        reward = self._episode.gain(self._cure_reward)
+        reward = self._episode.step(int(action))
         observation, info = self._context.run(self._observed)
-        return observation, reward, False, self._is_over, info
+        return observation, reward, False, self._episode.is_over, info
 
     def action_masks(self) -> npt.NDArray[np.bool_]:
         """Return which actions can have an effect, (number of actions,)."""
-        allowed = self._context.run(self._episode.seat.actions.allowed, self._episode.seat.symptoms)
-        return np.array(allowed, np.bool_)
+        return self._context.run(lambda: self._episode.seat.mask).astype(np.bool_)
 
     @property
     def situation(self) -> tuple[str, ...]:
@@ -243,7 +239,7 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
             policy: returns an action for an observation and the mask of actions.
         """
         total, (observation, info) = 0.0, self._context.run(self._observed)
-        while not self._is_over:
+        while not self._episode.is_over:
             observation, reward, _, _, info = self.step(policy(observation, info["action_mask"]))
             total += reward
         return total, info
@@ -267,10 +263,7 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
         """Return the camera's last frame under the last segmentation, (H, W, 3) uint8 in RGB; None unless asked for."""
         if self.render_mode is None:
             return None
-        pictures = self._episode.referee.pictures
-        colour, labels = (pictures.get(topic) for topic in PICTURES[:2])
-        if colour is None or labels is None:
-            raise ResetNeeded("There is no frame yet.")
+        colour, labels = (self._episode.referee.pictures[topic] for topic in PICTURES)
         rgb = array_of_bgr(colour)[..., ::-1]
         mixed = (1 - _SEE_THROUGH) * rgb + _SEE_THROUGH * PALETTE[array_of_labels(labels)]
         return mixed.astype(np.uint8)
@@ -284,10 +277,10 @@ class RepairEnv(gymnasium.Env[Any, SupportsInt]):
     def _observed(self) -> tuple[Any, dict[str, Any]]:
         episode = self._episode
         info = {"scenario": episode.spec.scenario.name, "seed": episode.spec.seed}
-        if self._is_over:
+        if episode.is_over:
             info["utility"] = episode.utility
         else:
-            info["action_mask"] = np.array(episode.seat.actions.allowed(episode.seat.symptoms), np.int8)
+            info["action_mask"] = episode.seat.mask
         return self._observe(episode.seat.sight, episode.seat.symptoms), info
 
 
@@ -295,17 +288,3 @@ def _named(scenarios: Scenarios) -> tuple[Scenario, ...]:
     if isinstance(scenarios, str | Path):
         return load_suite(scenarios)
     return tuple(each if isinstance(each, Scenario) else load_scenario(each) for each in scenarios)
-
-
-def _drawn(split: str, count: int, seed: int, *, flights: bool) -> tuple[Scenario, ...]:
-    return draw_split(SplitSpec(split=split, count=count, seed=seed, flights=flights))
-
-
-def _check_forms(observation: str, render_mode: str | None) -> None:
-    if observation not in FORMS:
-        raise InvalidInputError(
-            f"There is no observation {shown(observation)}: {suggestion(observation, FORMS)}choose one of "
-            f"{', '.join(FORMS)}."
-        )
-    if render_mode not in {None, *RepairEnv.metadata["render_modes"]}:
-        raise InvalidInputError(f"The render mode must be rgb_array or None, got {shown(render_mode)}.")

@@ -16,7 +16,6 @@ from sunset.system import (
     EXPERIMENT,
     LOG_TOPIC,
     RESULT_TOPIC,
-    SENSOR_TOPICS,
     TRUTH_TOPIC,
     full_name,
 )
@@ -25,7 +24,8 @@ from sunset_ros.interfaces import Message
 from sunset_ros.interfaces.sensor_msgs.msg import Image
 from sunset_ros.interfaces.stamps import ns_of
 
-PICTURES: Final = (full_name("rgb_camera"), RESULT_TOPIC, SENSOR_TOPICS[0])
+PICTURES: Final = (full_name("rgb_camera"), RESULT_TOPIC)
+"""What is rendered: colours, and labels."""
 
 
 class Referee(Observer):
@@ -49,7 +49,6 @@ class Referee(Observer):
         self._frames: list[tuple[int, float]] = []  # when each frame was taken, and its IoU
         self._unknown: list[int] = []  # when each frame without a known class was taken
         self._timeline: Timeline | None = None
-        self._cured = 0
 
     def on_message(self, time_ns: int, topic: str, node: str, message: Message) -> None:
         """Note a message that the utility depends on."""
@@ -89,9 +88,7 @@ class Referee(Observer):
 
     def cured(self, start_ns: int) -> int:
         """Return how many faults are cured; a cure that is in place counts from its beginning."""
-        if self._timeline is None:
-            self._cured = faults_cured(self._known_timeline(start_ns))
-        return self._cured
+        return faults_cured(self._known_timeline(start_ns))
 
     def _known_timeline(self, start_ns: int) -> Timeline:
         """Return the timeline without its frames."""

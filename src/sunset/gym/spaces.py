@@ -53,8 +53,7 @@ def _text() -> "spaces.Space[Any]":
 
 
 def _graph_of(sight: Sight, symptoms: Symptoms) -> GraphInstance:
-    graph = sight.graph(symptoms)
-    return GraphInstance(graph.nodes, graph.edges, graph.links)
+    return GraphInstance(*sight.graph(symptoms))
 
 
 Form = tuple[Callable[[], "spaces.Space[Any]"], Callable[[Sight, Symptoms], Any]]

@@ -1,6 +1,5 @@
 """Managing systems: the base class, the symptoms, and the managing systems that come with SUNSET."""
 
-from sunset.managing.asking import AskTell as AskTell
 from sunset.managing.base import ManagingSystem as ManagingSystem
 from sunset.managing.baseline import Baseline as Baseline
 from sunset.managing.baseline import NoAdaptation as NoAdaptation

@@ -1,9 +1,8 @@
 """Policies: managing systems that choose a numbered action for an observation of arrays, as an agent learns to."""
 
 from collections.abc import Awaitable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -41,8 +40,7 @@ LIMITS: Final[Mapping[str, tuple[float, float]]] = {
 """Part of an observation → its least and greatest value; others are cut."""
 
 
-@dataclass(frozen=True, slots=True)
-class Graph:
+class Graph(NamedTuple):
     """An observation as a graph of the managed nodes; a feature that does not belong to a node is 0.
 
     Attributes:
@@ -212,7 +210,12 @@ class Policy(ManagingSystem):
 
     def view(self, symptoms: Symptoms) -> tuple[dict[str, Array], Mask]:
         """Return the arguments of `act`."""
-        return self.sight.arrays(symptoms), np.array(self.actions.allowed(symptoms), np.int8)
+        return self.sight.arrays(symptoms), self.mask
+
+    @property
+    def mask(self) -> Mask:
+        """(number of actions,) 1 for each action that can have an effect."""
+        return np.array(self.actions.allowed(self.symptoms), np.int8)
 
     @cached_property
     def actions(self) -> Actions:

@@ -3,10 +3,11 @@
 import hashlib
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.api.bundling.conftest import DATE, IMPORTED, Forge
+from tests.api.bundling.conftest import DATE, IMPORTED, SETTINGS, Forge
 from tests.api.bundling.test_verifying import (
     MINE,
     OTHER_SEED,
@@ -24,12 +25,12 @@ from sunset.api.leaderboard import Leaderboard
 from sunset.cli import main
 from sunset.errors import InvalidInputError, RecordError
 from sunset.experiments import BenchSpec, bench
+from sunset.system import DIAGNOSE
 
 pytestmark = pytest.mark.xdist_group("bundling")
 
 SALT = b"a salt of sixteen bytes"
 SPLIT = "scenarios/split"
-DRAWN = "campaign/runs/train/none/train-0001/seed-1"
 
 
 def listed(*bundles: Path, out: Path, run_again: int = 0, salt_file: Path | None = None) -> Leaderboard:
@@ -65,11 +66,9 @@ def test_each_managing_system_of_a_bundle_has_a_row_and_the_page_loads_nothing(
 
     text = board.page.read_text(encoding="utf-8")
     rows = re.findall(r'<tr><th scope="row">(.*?)</th>(.*?)</tr>', text)
-    assert [name for name, _ in rows] == ["mine", "none", "results"]
-    again = [re.findall(r'data-name="run again">(.*?)<', cells)[0] for _, cells in rows]
-    assert again == ["0/2", "1/2", "1/4"]
-    assert all(f'data-name="date">{DATE}<' in cells for _, cells in rows)
-    assert (board.listed, board.refused) == (("results",), {})
+    assert [name for name, _ in rows[:2]] == ["mine", "none"]
+    assert all(f"<td>{DATE}</td>" in cells and ">1/4</a>" in cells for _, cells in rows[:2])
+    assert (board.listed, board.refused) == (("results",), ())
     assert set(re.findall(r'href="(.*?)"', text)) == {"bundles/results.zip", "bundles/results.txt"}
     assert not re.search(r"<script|<link|src=|url\(|https?:", text)
     copy = board.page.parent / "bundles/results.zip"
@@ -96,7 +95,6 @@ FORGED: dict[str, tuple[Edit, str]] = {
         changed("campaign/bench.json", managers=["none", "oracle=mine.py:Mine"]),
         "The label 'oracle' is the name of a managing system that comes with SUNSET",
     ),
-    "authors": (changed("ro-crate-metadata.json", **{"@graph": []}), "lacks the bundle's date or authors"),
     "plan": (lambda folder: (folder / "campaign/bench.json").unlink(), "cannot be verified"),
 }
 
@@ -117,7 +115,7 @@ def test_a_forged_bundle_is_named_and_the_others_are_listed(
     assert reason in sentence
     assert str(tmp_path) not in sentence.replace(str(forged), "")
     text = (tmp_path / "site/index.html").read_text(encoding="utf-8")
-    assert "<li><b>forged</b>: " in text
+    assert "<li>forged is refused: " in text
     assert ">mine</th>" in text
     assert sorted(file.name for file in (tmp_path / "site/bundles").iterdir()) == [
         "results.txt",
@@ -133,34 +131,33 @@ def test_a_run_that_never_happened_is_found_by_running_it_again(
 
     board = listed(forged, out=tmp_path / "site", run_again=99)
 
-    assert "was run again, and left other messages" in board.refused["forged"]
+    assert "was run again, and left other messages" in board.refused[0]
     assert board.listed == ()
 
 
-def test_references_that_differ_between_bundles_are_refused(
-    packed: Path, forge: Forge, tmp_path: Path
-) -> None:
-    forged = forge(packed, with_messages(without_last_clock, digest=True))
-
-    board = listed(packed, forged, out=tmp_path / "site")
-
-    assert board.refused["forged"].startswith(
-        "its run of none in wet, seed 1, has other messages than the same run in results: one was changed"
+def test_a_campaign_that_only_diagnoses_is_refused(results: Path, tmp_path: Path) -> None:
+    spec = BenchSpec(
+        suite=str(results.with_name("rain")),
+        managers=("none",),
+        references=False,
+        score=False,
+        repetitions=1,
+        settings=replace(SETTINGS, task=DIAGNOSE),
     )
+    bench(spec, tmp_path / "results", jobs=1)
+    diagnosis = bundle(tmp_path / "results", tmp_path / "diagnosis.zip").path
+
+    board = listed(diagnosis, out=tmp_path / "site")
+
+    assert board.listed == ()
+    assert "repairs, and a leaderboard ranks repairs." in board.refused[0]
 
 
-def test_a_bundle_and_its_runs_are_listed_once(results: Path, packed: Path, tmp_path: Path) -> None:
+def test_bundles_of_one_name_are_told_apart(packed: Path, tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
-    shutil.copyfile(packed, tmp_path / "other/results.zip")
-    bundle(results, tmp_path / "later.zip", date="2026-03-15")
+    other = shutil.copyfile(packed, tmp_path / "other/results.zip")
 
-    board = listed(packed, tmp_path / "other/results.zip", tmp_path / "later.zip", out=tmp_path / "site")
-
-    assert board.listed == ("results",)
-    assert board.refused == {
-        "results-2": "it is the same file as results.",
-        "later": "all of its runs are in results already.",
-    }
+    assert listed(packed, other, out=tmp_path / "site").listed == ("results", "results-2")
 
 
 def test_a_sealed_split_is_drawn_again_from_its_published_salt(
@@ -171,69 +168,36 @@ def test_a_sealed_split_is_drawn_again_from_its_published_salt(
     before = listed(sealed, out=tmp_path / "before").page.read_text(encoding="utf-8")
     after = listed(sealed, out=tmp_path / "after", salt_file=salt).page.read_text(encoding="utf-8")
 
-    assert f"salt: SHA-256 {described}; the scenarios were not drawn from it again<" in before
-    assert f"salt: SHA-256 {described}; the scenarios were drawn from it again<" in after
-    assert re.search(r"split train: SHA-256 [0-9a-f]{64}\n", after)
+    assert re.search(r"; split: SHA-256 [0-9a-f]{64}\.", before)
+    assert described not in before
+    assert f"All scenarios were drawn again from a salt: SHA-256 {described}." in after
 
 
-def other_split(folder: Path) -> None:
-    """Replace the split by another that the runs are not of, with the plan."""
-    shutil.rmtree(folder / SPLIT)
-    other = sunset.generate_split("train", 1, folder / SPLIT, seed=5)
-    changed("campaign/bench.json", split=other.sha256)(folder)
+def test_a_split_that_the_salt_does_not_make_is_refused(
+    packed: Path, sealed: Path, forge: Forge, salt: Path, tmp_path: Path
+) -> None:
+    def edit(folder: Path) -> None:
+        shutil.rmtree(folder / SPLIT)
+        sunset.generate_split("train", 1, folder / SPLIT, seed=5)
 
-
-def easier_split(folder: Path) -> None:
-    """Remove all faults from the split and the runs, with the hashes."""
-    file = folder / SPLIT / "train-0001.yaml"
-    file.write_text("name: train-0001\nfaults: []\n")
-    line = f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.name}\n"
-    pinned = hashlib.sha256(line.encode()).hexdigest()
-    changed(f"{SPLIT}/split.json", sha256=pinned)(folder)
-    changed("campaign/bench.json", split=pinned)(folder)
-    changed(f"{DRAWN}/run.json", faults=[])(folder)
-
-
-SPLITS: dict[str, tuple[Edit, str]] = {
-    "of another hash": (
-        changed("campaign/bench.json", split="0" * 64),
-        f"scenarios/split: its SHA-256 is [0-9a-f]+, and {'0' * 64} in the plan",
-    ),
-    "other": (other_split, f"{DRAWN}: its scenario differs from train-0001 of the suite"),
-    "changed": (
-        lambda folder: (folder / SPLIT / "train-0001.yaml").write_text("name: train-0001\nfaults: []\n"),
-        "scenarios/split: The scenarios in scenarios/split are not those of its split.json",
-    ),
-    "easier": (
-        easier_split,
-        "does not have the scenarios that its split.json makes|the messages",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", SPLITS)
-def test_another_split_is_refused(name: str, sealed: Path, forge: Forge, salt: Path, tmp_path: Path) -> None:
-    edit, reason = SPLITS[name]
-
-    board = listed(forge(sealed, edit), sealed, out=tmp_path / "site", salt_file=salt)
+    board = listed(packed, forge(sealed, edit), sealed, out=tmp_path / "site", salt_file=salt)
 
     assert board.listed == ("sealed",)
-    assert re.search(reason, board.refused["forged"])
+    without, other = board.refused
+    assert without.startswith("results is refused: There is no split.json in scenarios/split: ")
+    assert "was made with no salt, got a salt of the SHA-256" in other
 
 
-def test_bad_input_leaves_nothing(packed: Path, sealed: Path, salt: Path, tmp_path: Path) -> None:
+def test_bad_input_leaves_nothing(packed: Path, tmp_path: Path) -> None:
     (tmp_path / "notes.zip").write_text("notes")
     out = tmp_path / "site"
 
-    with pytest.raises(RecordError, match=r"notes\.zip is not a bundle: name files that"):
-        listed(packed, tmp_path / "notes.zip", out=out)
-    with pytest.raises(RecordError, match=r"gone\.zip is not a bundle"):
-        listed(tmp_path / "gone.zip", out=out)
-    with pytest.raises(InvalidInputError, match="No bundle that passed has a split of the salt in "):
-        listed(packed, out=out, salt_file=salt)
+    assert main(["leaderboard", str(tmp_path / "notes.zip"), "--out", str(tmp_path / "none")]) == 1
+    with pytest.raises(RecordError, match=r"There is no bundle .*gone\.zip: name files that"):
+        listed(packed, tmp_path / "gone.zip", out=out)
     with pytest.raises(InvalidInputError, match="must be at least 0, got -1"):
         listed(packed, out=out, run_again=-1)
     with pytest.raises(InvalidInputError, match="must be a list of files, got "):
-        sunset.leaderboard(str(sealed), out)
-    assert main(["leaderboard", str(tmp_path / "notes.zip"), "--out", str(out)]) == 2
+        sunset.leaderboard(str(packed), out)
+    assert main(["leaderboard", str(tmp_path / "gone.zip"), "--out", str(out)]) == 2
     assert not out.exists()

@@ -100,12 +100,7 @@ def appended(name: str, text: str = "# changed\n") -> Edit:
     return edit
 
 
-GPU_FAILURE = "campaign/runs/single/none/gpu_failure/seed-1"
-
-
-def test_what_is_run_for_the_score_is_verified_too_and_only_scenarios_of_the_suite_pass(
-    flight: Path, forge: Forge, tmp_path: Path
-) -> None:
+def test_what_is_run_for_the_score_is_verified_too(flight: Path, tmp_path: Path) -> None:
     assert flight.exists()
     spec = BenchSpec(
         suite="single",
@@ -122,14 +117,6 @@ def test_what_is_run_for_the_score_is_verified_too_and_only_scenarios_of_the_sui
 
     assert found.problems == ()
     assert sorted(read_plan(tmp_path / "results").manager_checksums) == ["baseline", "none", "oracle"]
-
-    def edit(folder: Path) -> None:
-        changed(f"{GPU_FAILURE}/run.json", faults=[])(folder)
-        changed("campaign/bench.json", scenarios=["single/gpu_failure", "single/image_shift"])(folder)
-
-    problems = verify(forge(tmp_path / "results.zip", edit), run_again=0, seed=1).problems
-    assert f"{GPU_FAILURE}: its scenario differs from gpu_failure of the suite." in problems
-    assert "bench.json: its suite has the scenario image_shift, of which there is no run." in problems
 
 
 OTHERS: dict[str, object] = {name: "diagnose" if name == "task" else 0.5 for name in RESULT_SETTINGS}

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from msgspec import UNSET
 
-from sunset.errors import InvalidInputError, RecordError
-from sunset.experiments import campaign_managers, model_checksum, scenario_of
+from sunset.errors import RecordError
+from sunset.experiments import campaign_managers, model_checksum
 from sunset.files.outputs import folder_name
 from sunset.files.sources import package_version
 from sunset.metrics import score
@@ -22,7 +22,6 @@ from sunset.recording import (
     read_timeline,
     stored_figures,
 )
-from sunset.scenarios import Scenario, load_suite, read_split, suite, suite_names
 from sunset.system import loaded_extensions
 from sunset.texts.names import PLAN_FILE, RUN_FILE, base_name
 from sunset.texts.sentences import counted
@@ -149,54 +148,6 @@ def _differing_figures(run: RunRecord, place: Path) -> Iterator[str]:
             yield f"its {name} is stored as {_number(stored[name])}, and the messages give {_number(computed[name])}"
         else:
             yield f"its {name} differ from the messages"
-
-
-def differing_scenarios(findings: Findings, plan: CampaignPlan, root: Path, split: Path) -> Iterator[str]:
-    """Yield a sentence for each scenario of the runs that is not a scenario of the campaign's suite or split.
-
-    A user's own suite that is not a split is known from the runs alone.
-
-    Args:
-        findings: the runs.
-        plan: the campaign's plan.
-        root: the names of files and runs in sentences begin below it.
-        split: the folder with the files of the campaign's split, if it has one.
-    """
-    if plan.split:
-        try:
-            described = read_split(split)
-            if described is None or described.sha256 != plan.split:
-                named = described.sha256 if described else "missing"
-                yield f"{split.relative_to(root)}: its SHA-256 is {named}, and {plan.split} in the plan."
-                return
-            known = load_suite(split)
-        except InvalidInputError as error:
-            yield f"{split.relative_to(root)}: {error}"
-            return
-    elif plan.suite in suite_names():
-        known = suite(plan.suite)
-    else:
-        return
-    scenarios = {base_name(scenario.name): scenario for scenario in known}
-    wanted = {base_name(name) for name in plan.scenarios} or set(scenarios)
-    for place, run in findings.runs.items():
-        if plan.is_of_suite(run.suite, run.manager):
-            name = base_name(run.scenario)
-            wanted.discard(name)
-            if name not in scenarios or not _is_run_of(run, scenarios[name], plan):
-                yield f"{place.relative_to(root)}: its scenario differs from {name} of the suite."
-    for name in sorted(wanted):
-        yield f"{PLAN_FILE}: its suite has the scenario {name}, of which there is no run."
-
-
-def _is_run_of(run: RunRecord, scenario: Scenario, plan: CampaignPlan) -> bool:
-    """Return whether a run has the faults of a scenario, and its flight unless the campaign has flights of its own."""
-    own = scenario.flight if not (plan.flights or plan.bag) else None
-    try:
-        faults = scenario_of(run).faults
-    except InvalidInputError:
-        return False
-    return faults == scenario.faults and (own is None or run.flight_conditions == own.conditions())
 
 
 def _number(value: float | None) -> str:

@@ -5,17 +5,11 @@ Source: the RO-Crate Metadata Specification 1.1, https://w3id.org/ro/crate/1.1.
 
 import json
 from collections.abc import Mapping, Sequence
-from datetime import date
-from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
 from sunset.api.bundling.archive import CRATE_FILE
 from sunset.api.bundling.citation import SOFTWARE, parse_author
-from sunset.errors import RecordError
-from sunset.files.schemas import read_json
-from sunset.texts.sentences import described_error
-from sunset_ros.texts import printable
 
 NO_LICENCE: Final = "No licence is given: ask the authors before using this."
 _SPECIFICATION: Final = "https://w3id.org/ro/crate/1.1"
@@ -77,25 +71,6 @@ def crate_text(
     graph = [metadata, dataset, software, *people, *([terms] if licence else []), *files]
     content = {"@context": f"{_SPECIFICATION}/context", "@graph": graph}
     return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-
-
-def publication(file: Path) -> tuple[str, tuple[str, ...]]:
-    """Return the day of publication, such as 2026-03-14, and the authors' names, from the metadata of a bundle.
-
-    Raises:
-        RecordError: the file is missing or damaged, or lacks them.
-    """
-    content = read_json(file, "The metadata", RecordError)
-    try:
-        entities = {entity["@id"]: entity for entity in content["@graph"]}  # type: ignore[index]  # see below
-        root = entities["./"]
-        names = tuple(printable(entities[author["@id"]]["name"]) for author in root["author"])
-        return date.fromisoformat(root["datePublished"]).isoformat(), names
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise RecordError(
-            f"{CRATE_FILE} lacks the bundle's date or authors, {described_error(error)}: take the bundle as it was "
-            "published."
-        ) from error
 
 
 def _link(entity: Mapping[str, object]) -> _Entity:

@@ -20,7 +20,7 @@ from sunset.api.bundling.archive import (
     write_archive,
 )
 from sunset.api.bundling.checks import check_campaign
-from sunset.api.bundling.citation import citation_text
+from sunset.api.bundling.citation import citation_text, parse_author
 from sunset.api.bundling.crate import NO_LICENCE, crate_text
 from sunset.api.bundling.sources import Files, Manifest, find_extension_sources, find_manager_sources
 from sunset.errors import OutputError, RecordError
@@ -112,7 +112,7 @@ def bundle(
         if file.exists():
             raise OutputError(f"The file {file} exists already: remove it, or name another one with --out.")
         runs = _checked_runs(source, plan, progress)
-        files, lacking = _files(source, plan, runs)
+        files, lacking = _files(source, plan, runs, day, authors)
         terms = f"It may be used under {licence}." if licence else NO_LICENCE
         about = {"name": title, "description": description_of(plan), "datePublished": day}
         readme = _README.format(title=title, description=about["description"], terms=terms)
@@ -166,17 +166,21 @@ def _checked_runs(folder: Path, plan: CampaignPlan, progress: Progress | None) -
     return findings.runs
 
 
-def _files(folder: Path, plan: CampaignPlan, runs: Mapping[Path, RunRecord]) -> tuple[Files, list[str]]:
+def _files(
+    folder: Path, plan: CampaignPlan, runs: Mapping[Path, RunRecord], day: str, authors: Sequence[str]
+) -> tuple[Files, list[str]]:
     """Return the files of a bundle that do not describe it, and a sentence for each missing source."""
     managers, manager_files, lacking = find_manager_sources(plan)
     extensions, extension_files = find_extension_sources()
+    names = tuple(parse_author(author)["name"] for author in authors)
+    manifest = Manifest(date=day, authors=names, managers=managers, extensions=extensions)
     records = [folder / PLAN_FILE, *(place / name for place in runs for name in (RUN_FILE, *BAG_FILES))]
     files: Files = {f"{CAMPAIGN}/{file.relative_to(folder).as_posix()}": file for file in records}
     files |= manager_files | extension_files | _scenario_files(plan, runs)
     return files | {
         CARD_FILE: document_text(load_model(plan.model).card.to_json()).encode(),
         REPORT_FILE: format_runs(load_results(folder)).encode(),
-        MANIFEST_FILE: document_text(Manifest(managers=managers, extensions=extensions)).encode(),
+        MANIFEST_FILE: document_text(manifest).encode(),
     }, lacking
 
 

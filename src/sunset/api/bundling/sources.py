@@ -50,9 +50,14 @@ class ManagerSources(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Manifest(msgspec.Struct, frozen=True, kw_only=True):
-    """The content of `bundle.json`: the sources of managing systems, and the source file of each extension, by name."""
+    """The content of `bundle.json`: the sources of managing systems, and the source file of each extension, by name.
+
+    The `date` of publication and the `authors` are as `bundle` got them.
+    """
 
     bundle_version: int = _VERSION
+    date: str = ""
+    authors: tuple[str, ...] = ()
     managers: dict[str, ManagerSources]
     extensions: dict[str, str]
 

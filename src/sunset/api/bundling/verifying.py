@@ -18,11 +18,10 @@ from sunset.api.bundling.archive import (
     CAMPAIGN,
     CHECKSUMS_FILE,
     REPORT_FILE,
-    SPLIT,
     differing_files,
     extract_archive,
 )
-from sunset.api.bundling.checks import Findings, check_campaign, differing_scenarios
+from sunset.api.bundling.checks import Findings, check_campaign
 from sunset.api.bundling.packing import description_of
 from sunset.api.bundling.sources import ManagerSources, OpenedBundle, differing_sources, manager_folder
 from sunset.errors import DataError, InvalidInputError, ManagerError, RecordError
@@ -133,11 +132,14 @@ def verify(
         RecordError: it is not a bundle, is of another version, or is not fit to be opened.
         InvalidInputError: another argument is not usable.
     """
-    file = as_path(path, "bundle")
-    number, chosen = check_choice(run_again, seed)
+    number, file = whole_of(run_again), as_path(path, "bundle")
+    if type(number) is not int or number < 0:
+        raise InvalidInputError(
+            f"The number of runs to run again must be at least 0, got {shown(run_again)}."
+        )
     rerun = _Rerun(
         number=number,
-        seed=chosen,
+        seed=secrets.randbelow(_SEEDS) if seed is None else check_seed(whole_of(seed)),
         trust=trust,
         model=None if model is None else str(as_path(model, "model")),
         bag=optional_path(bag, "bag"),
@@ -161,20 +163,6 @@ def verify(
             return _verify(file, opened, rerun, problems, progress)
 
 
-def check_choice(run_again: int, seed: int | None) -> tuple[int, int]:
-    """Return the number of second runs, and the seed of their choice, from these arguments of `verify`.
-
-    Raises:
-        InvalidInputError: an argument is not usable.
-    """
-    number = whole_of(run_again)
-    if type(number) is not int or number < 0:
-        raise InvalidInputError(
-            f"The number of runs to run again must be at least 0, got {shown(run_again)}."
-        )
-    return number, secrets.randbelow(_SEEDS) if seed is None else check_seed(whole_of(seed))
-
-
 def _verify(
     path: Path, opened: OpenedBundle, rerun: _Rerun, problems: list[str], progress: Progress | None
 ) -> Verification:
@@ -192,8 +180,6 @@ def _verify(
             f"SUNSET {plan.versions.get('sunset')} made the bundle, and this is {package_version()}: its code differs, "
             "results may, too. Verify with that version."
         )
-    if findings.has_extensions:
-        findings.results.extend(differing_scenarios(findings, plan, opened.root, opened.root / SPLIT))
     findings.results.extend(_differing_table(opened, findings))
     chosen = _choose_runs(opened, findings, rerun)
     for done, place in enumerate(chosen, 1):

@@ -31,6 +31,7 @@ order = {
         "docs/measurements",
         "docs/publishing",
         "docs/leaderboard",
+        "docs/learning",
         "docs/clusters",
         "ARTIFACT",
     ),

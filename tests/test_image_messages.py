@@ -110,7 +110,7 @@ def test_whoever_looks_at_a_message_sees_the_pixels() -> None:
     assert message.copy() == message == plain == message
     assert message != image_of_depth(HEADER, DEPTH + np.uint16(1))
     assert deserialize(serialize(message), Image) == plain
-    assert repr(message) == repr(plain).replace("Image(", "LazyMessage(", 1)
+    assert repr(message) == repr(plain)
     assert pickle.loads(pickle.dumps(message)) == copy.deepcopy(message) == plain  # noqa: S301  our own
 
 
@@ -130,3 +130,6 @@ def test_an_image_of_another_encoding_or_size_is_not_taken_for_it() -> None:
     message.height = 3
     with pytest.raises(DataError, match="cannot have 24 bytes"):
         bgr_of(message)
+    swapped = image_of_depth(HEADER, LazyImage.of(DEPTH))
+    swapped.is_bigendian = 1
+    np.testing.assert_array_equal(depth_of(swapped.copy()).pixels, DEPTH.byteswap())

@@ -27,7 +27,7 @@ LABELS: Final = "8UC1"
 class LazyMessage(Image):  # noqa: PLW1641  as all messages
     """A message of an image whose `data` are computed when they are read."""
 
-    __slots__ = ("_data", "image")
+    __slots__ = ("_data", "_made", "image")
 
     def __init__(self, header: Header, image: LazyImage, encoding: str, bytes_per_pixel: int) -> None:
         self.header = header
@@ -38,6 +38,7 @@ class LazyMessage(Image):  # noqa: PLW1641  as all messages
         self.image: LazyImage | None = image
         """The image; None after other data were assigned."""
         self._data: npt.NDArray[np.uint8] | None = None
+        self._made = self._layout
 
     @property
     def data(self) -> npt.NDArray[np.uint8]:
@@ -48,7 +49,7 @@ class LazyMessage(Image):  # noqa: PLW1641  as all messages
 
     @data.setter
     def data(self, value: npt.NDArray[np.uint8]) -> None:
-        self._data, self.image = value, None
+        self._data, self.image, self._made = value, None, ()
 
     def copy(self) -> Self:
         """Return a copy that shares the image."""
@@ -58,8 +59,17 @@ class LazyMessage(Image):  # noqa: PLW1641  as all messages
         new.header = self.header.copy()
         new.height, new.width, new.step = self.height, self.width, self.step
         new.encoding, new.is_bigendian = self.encoding, self.is_bigendian
-        new.image, new._data = self.image, self._data
+        new.image, new._data, new._made = self.image, self._data, self._made
         return new
+
+    @property
+    def unchanged_image(self) -> LazyImage | None:
+        """The image, unless a field that says what the data mean was changed."""
+        return self.image if self._made == self._layout else None
+
+    @property
+    def _layout(self) -> tuple[object, ...]:
+        return self.height, self.width, self.encoding, self.is_bigendian, self.step
 
     def plain(self) -> Image:
         """Return the same message, with its data."""
@@ -67,6 +77,9 @@ class LazyMessage(Image):  # noqa: PLW1641  as all messages
 
     def __eq__(self, other: object) -> bool:
         return self.plain() == (other.plain() if isinstance(other, LazyMessage) else other)
+
+    def __repr__(self) -> str:
+        return repr(self.plain())
 
     def __reduce__(self) -> tuple[object, ...]:
         return copy, (self.plain(),)
@@ -138,8 +151,7 @@ def image_of_labels(header: Header, labels: LazyImage | npt.NDArray[np.uint8]) -
 
 def _lazy_image(image: Image) -> LazyImage | None:
     """Return the image of a message that a node has made of it and nobody has changed."""
-    lazy = image.image if isinstance(image, LazyMessage) else None
-    return lazy if lazy is not None and lazy.size == (image.height, image.width) else None
+    return image.unchanged_image if isinstance(image, LazyMessage) else None
 
 
 def _lazy(image: Image, encoding: str, array_of: Callable[[Image], Pixels]) -> LazyImage:

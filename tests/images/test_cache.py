@@ -173,3 +173,15 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
 def test_a_folder_in_the_place_of_the_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="cannot be used: unable to open database file; --no-cache"):
         ImageCache(tmp_path)
+
+
+def test_a_cache_that_was_deleted_is_made_again(tmp_path: Path) -> None:
+    path = tmp_path / "cache.sqlite"
+    ImageCache(path).put(KEY, VALUE)
+    cache = ImageCache(path)
+    cache.close()
+    for file in tmp_path.iterdir():
+        file.unlink()
+    assert cache.get(KEY) is None
+    cache.put(KEY, VALUE)
+    assert ImageCache(path).get(KEY) == VALUE

@@ -14,6 +14,7 @@ from sunset.experiments.spec import RunSpec
 from sunset.files.sources import PACKAGES
 from sunset.harness.confined_manager import manager_process
 from sunset.harness.manager_process import ManagerSpec
+from sunset.images import cache as image_cache
 from sunset.managing import EXTERNAL, ORACLE, KnownFault, KnownScenario
 from sunset.processes.calls import Watch, call_isolated
 from sunset.processes.process import ProcessDeath, killed_error
@@ -24,6 +25,8 @@ from sunset_ros.seeding import drawn_seed, generator
 
 _Result = TypeVar("_Result")
 
+_CACHE: Final = image_cache.__file__
+"""Where errors are raised that no node has caused."""
 _STILL_S: Final = 60.0
 """Processor time beyond the limit of its managing system that a simulation may take without a sign of life."""
 
@@ -113,7 +116,7 @@ def node_error(
         return cause
     frames = traceback.extract_tb(cause.__traceback__)
     place = _foreign_place([(frame.filename, frame.lineno or 0, frame.name) for frame in frames])
-    is_own = isinstance(cause, SunsetError) and not place
+    is_own = isinstance(cause, SunsetError) and (not place or frames[-1].filename == _CACHE)
     if is_own or not spec.extensions or node not in current_system().nodes:
         return None
     if starting:

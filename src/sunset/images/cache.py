@@ -60,8 +60,6 @@ class ImageCache:
         self._process = 0
         self._suspicious = False
         self._recent: dict[bytes, bytes] = {}
-        if not self._path.exists():
-            self._create()
         with self._lock, self._errors():
             self._connected()
 
@@ -147,8 +145,11 @@ class ImageCache:
     def _connected(self) -> sqlite3.Connection:
         """Return this process's connection, since SQLite's connections must not be used across a fork."""
         if self._connection is None or self._process != os.getpid():
+            if not self._path.exists():  # it was deleted
+                self._create()
+            place = f"{self._path.absolute().as_uri()}?mode=rw"  # which makes no empty file
             connection = sqlite3.connect(
-                self._path, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
+                place, uri=True, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
             )
             try:
                 self._check_version(connection)

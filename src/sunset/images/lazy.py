@@ -1,10 +1,9 @@
 """Images whose pixels are computed when they are read."""
 
 import hashlib
-import inspect
+import sys
 from collections.abc import Callable
 from functools import cache, cached_property
-from pathlib import Path
 from typing import Any, Final, TypeVar, cast
 
 import msgspec
@@ -81,21 +80,25 @@ class LazyImage:
         return _digest(self.digest, self.pixels.dtype.str, self.pixels.shape)
 
     def then(self, function: Callable[..., Pixels], *arguments: object) -> "LazyImage":
-        """Return the image that a function makes of this image's pixels and plain arguments.
+        """Return the image, of the same size, that a function makes of this image's pixels and further arguments.
 
-        The function must be pure, of this image's size, and depend on no code but SUNSET's, its own module's and
-        libraries'.
+        Only an image that a function of SUNSET makes with plain arguments is named by what was done; any other image is
+        named by its content.
         """
+        named = _is_named(function, arguments)
         return LazyImage(
             self.size,
-            lambda: function(self.pixels, *arguments),
-            name=lambda: self._key_of(function, arguments),
+            lambda: function(self.pixels, *map(_pixels_of, arguments)),
+            name=(lambda: self._key_of(function, arguments)) if named else None,
             cache=self.cache,
         )
 
     def measure(self, function: Callable[..., Measured], *arguments: object) -> Measured:
-        """Return what a function, as in `then`, measures on this image's pixels and on its arguments, also images."""
-        if self.cache is None:
+        """Return what a function measures on this image's pixels and on further arguments, such as images.
+
+        It is looked up if the function is SUNSET's, and the arguments are images or plain.
+        """
+        if self.cache is None or not _is_named(function, arguments):
             return function(self.pixels, *map(_pixels_of, arguments))
         key = self._key_of(function, arguments)
         known = self.cache.get(key)
@@ -110,6 +113,10 @@ class LazyImage:
         return _digest(_identity(function), self.key, *named)
 
 
+_NAMED: Final = frozenset({bool, int, float, str, LazyImage})
+"""The types of arguments that name an image or a measurement."""
+
+
 def _pixels_of(argument: object) -> object:
     return argument.pixels if isinstance(argument, LazyImage) else argument
 
@@ -118,9 +125,15 @@ def _digest(*parts: object) -> bytes:
     return hashlib.blake2b(repr(parts).encode(), digest_size=_BYTES).digest()
 
 
+def _is_named(function: Callable[..., object], arguments: tuple[object, ...]) -> bool:
+    """Return whether a function is a module's of SUNSET, and arguments are what `repr` tells apart."""
+    name = getattr(function, "__module__", None) or ""
+    if name.partition(".")[0] not in PACKAGES or any(type(each) not in _NAMED for each in arguments):
+        return False
+    return getattr(sys.modules.get(name), getattr(function, "__name__", ""), None) is function
+
+
 @cache
 def _identity(function: Callable[..., object]) -> bytes:
-    """Return what names a function and its code, on this kind of computer."""
-    place = Path(inspect.getfile(function))
-    foreign = b"" if set(PACKAGES.values()) & set(place.parents) else place.read_bytes()
-    return _digest(platform_digest(), package_version(), function.__module__, function.__qualname__, foreign)
+    """Return what names a function of SUNSET and its code, on this kind of computer."""
+    return _digest(platform_digest(), package_version(), function.__module__, function.__qualname__)

@@ -132,7 +132,7 @@ class Command(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.stamp = self.stamp.copy()
+            new.stamp = copied(self.stamp, Time)
             new.client = self.client
             new.service = self.service
             new.node = self.node
@@ -204,7 +204,7 @@ class Diagnosis(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.stamp = self.stamp.copy()
+            new.stamp = copied(self.stamp, Time)
             new.faults = list(self.faults)
             new.probabilities = frozen(self.probabilities, FLOAT64)
         except (AttributeError, TypeError, InterfaceError) as error:
@@ -352,7 +352,7 @@ class FaultEnd(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.stamp = self.stamp.copy()
+            new.stamp = copied(self.stamp, Time)
             new.fault = self.fault
             new.node = self.node
             new.healed = self.healed
@@ -411,7 +411,7 @@ class FaultInjection(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.stamp = self.stamp.copy()
+            new.stamp = copied(self.stamp, Time)
             new.fault = self.fault
             new.failure = self.failure
             new.node = self.node
@@ -470,7 +470,7 @@ class FrameEvaluation(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.header = self.header.copy()
+            new.header = copied(self.header, Header)
             new.iou = self.iou
             new.intersection = frozen(self.intersection, UINT32)
             new.predicted = frozen(self.predicted, UINT32)
@@ -568,7 +568,7 @@ class ImageDigest(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.header = self.header.copy()
+            new.header = copied(self.header, Header)
             new.height = self.height
             new.width = self.width
             new.encoding = self.encoding
@@ -613,7 +613,7 @@ class SegmentationMetrics(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.header = self.header.copy()
+            new.header = copied(self.header, Header)
             new.mean_iou = self.mean_iou
         except (AttributeError, TypeError, InterfaceError) as error:
             raise misfit(self, error) from error
@@ -649,7 +649,7 @@ class SetBlackboardGroup(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.bb_params = [item.copy() for item in self.bb_params]
+            new.bb_params = [copied(item, Parameter) for item in self.bb_params]
         except (AttributeError, TypeError, InterfaceError) as error:
             raise misfit(self, error) from error
         return new
@@ -715,10 +715,10 @@ class SensorFusion(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.depth = self.depth.copy()
-            new.rgb = self.rgb.copy()
-            new.modality = self.modality.copy()
-            new.header = self.header.copy()
+            new.depth = copied(self.depth, Image)
+            new.rgb = copied(self.rgb, Image)
+            new.modality = copied(self.modality, FusionType)
+            new.header = copied(self.header, Header)
         except (AttributeError, TypeError, InterfaceError) as error:
             raise misfit(self, error) from error
         return new

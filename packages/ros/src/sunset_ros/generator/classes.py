@@ -159,7 +159,12 @@ def _copied(member: Field) -> str:
     if kind.is_numpy:
         return f"frozen({value}, {kind.base.upper()})"
     if kind.is_message:
-        return f"[item.copy() for item in {value}]" if kind.is_array else f"{value}.copy()"
+        element = _python(kind)
+        return (
+            f"[copied(item, {element}) for item in {value}]"
+            if kind.is_array
+            else f"copied({value}, {element})"
+        )
     return f"list({value})" if kind.is_array else value
 
 

@@ -96,6 +96,13 @@ def frozen(value: npt.NDArray[_T], dtype: np.dtype[_T]) -> npt.NDArray[_T]:
     return value
 
 
+def copied(value: _M, kind: type[Message]) -> _M:
+    """Return a copy of a message in a field of its class."""
+    if not isinstance(value, kind):
+        raise InterfaceError(f"Expected a {kind.__ros_name__}, got {value!r}.")
+    return value.copy()
+
+
 def at_most(value: _S, limit: int) -> _S:
     """Return `value` if it has at most `limit` elements."""
     if len(value) > limit:

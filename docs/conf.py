@@ -22,6 +22,7 @@ order = {
         "docs/managing-reference",
         "docs/programs",
         "docs/behind-glass",
+        "docs/learning",
     ),
     "Metrics": (
         "docs/campaigns",
@@ -31,7 +32,6 @@ order = {
         "docs/measurements",
         "docs/publishing",
         "docs/leaderboard",
-        "docs/learning",
         "docs/clusters",
         "ARTIFACT",
     ),

@@ -1,0 +1,229 @@
+"""One cure at a time for each failure that shows: what managing systems need that differ only in their choices."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+from sunset.managing.base import ManagingSystem
+from sunset.managing.symptoms import Symptoms
+from sunset.managing.tools import Configuration, Setting, Thresholds, Waits, Wiring, settings_of
+from sunset.system.vocabulary import (
+    Adaptation,
+    AdaptationKind,
+    Failure,
+    Value,
+    current_system,
+    full_name,
+    redeploy,
+    restart,
+)
+
+_PASSING_S: Final = 0.5
+"""The time until a node that sends again is seen."""
+_NEW_FRAMES_S: Final = 0.75
+"""The time until a signal, a mean over 5 frames, is of new frames only."""
+_FORGETTING_S: Final = 8.0
+"""The time after which a cure that did not help may be tried again: another fault may have come."""
+_BETTER: Final = 0.05
+"""The share of its value by which a signal must fall for a cure to stay in place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """A cure of a failure; as a text, its steps in words.
+
+    Attributes:
+        steps: the adaptations.
+        faults: the names of the failure's faults that it cures; empty if the catalogue lists none.
+        seconds: the time until its effect can be seen [s].
+    """
+
+    steps: tuple[Adaptation, ...]
+    faults: tuple[str, ...]
+    seconds: float
+
+    def __str__(self) -> str:
+        return " and ".join(map(str, self.steps))
+
+
+@dataclass(slots=True)
+class Trial:
+    """A cure that was tried.
+
+    Attributes:
+        failure: the failure that it was to end.
+        option: the cure.
+        due_s: when its effect can be seen [s].
+        before: the settings that it changed, with their values before.
+        peak: the worst value of the failure's signal since, negated if low is bad.
+        helped: whether the failure is gone; None until that is known.
+        kept: whether its settings stay, since the failure is gone or its signal is better; None until that is known.
+    """
+
+    failure: Failure
+    option: Option
+    due_s: float
+    before: dict[Setting, Value]
+    peak: float = -math.inf
+    helped: bool | None = None
+    kept: bool | None = None
+
+
+class Treatment:
+    """Says which failure to treat now, and with which cures; performs a cure, and judges it when its effect shows.
+
+    - A failure is treated when no topic upstream of it is silent, and no cure upstream of it waits for its effect.
+    - A cure that does not improve its signal is undone.
+    - A cure that did not end its failure is not offered again for 8 s.
+
+    Args:
+        manager: the managing system.
+
+    Attributes:
+        failures: the failures of the catalogue and the silences of other nodes, those furthest upstream first.
+        showing: those of them that show.
+    """
+
+    def __init__(self, manager: ManagingSystem) -> None:
+        self._manager = manager
+        self._wiring, self._waits, self._thresholds = Wiring(), Waits(manager), Thresholds(manager)
+        self._configuration = Configuration(manager)
+        self._trials: dict[str, Trial] = {}  # failure → its last cure, until that is judged
+        self._tried_s: dict[tuple[str, Option], float] = {}
+        self._badness_before: dict[str, float] = {}  # failure → its signal without the cure that is tried
+        listed = [
+            failure
+            for failure in current_system().failures.values()
+            if failure.signal or full_name(failure.topic) in self._wiring.topics
+        ]
+        watched = {full_name(failure.topic) for failure in listed if failure.topic}
+        others = [_silence(topic) for topic in self._wiring.topics if topic not in watched]
+        self.failures: tuple[Failure, ...] = tuple(
+            sorted([*listed, *others], key=lambda failure: len(self._upstream(self.node(failure))))
+        )
+        self.showing: tuple[Failure, ...] = ()
+        self._options = {failure.name: tuple(self._offered(failure)) for failure in self.failures}
+
+    def node(self, failure: Failure) -> str:
+        """Return the node that a failure shows at."""
+        if failure.topic:
+            return self._wiring.publisher[full_name(failure.topic)]
+        return current_system().signals[failure.signal].node
+
+    def options(self, failure: Failure) -> tuple[Option, ...]:
+        """Return all cures of a failure, those whose effect shows soonest first."""
+        return self._options[failure.name]
+
+    def untried(self, failure: Failure) -> tuple[Option, ...]:
+        """Return the cures of a failure that were not tried in vain lately."""
+        since_s = self._manager.now_s - _FORGETTING_S
+        return tuple(
+            option
+            for option in self.options(failure)
+            if self._tried_s.get((failure.name, option), since_s) <= since_s
+        )
+
+    def due(self, symptoms: Symptoms) -> Failure | None:
+        """Judge the cures whose effect can be seen, and return the failure to treat now; None if there is none.
+
+        Call it in every `adapt`.
+        """
+        self._configuration.see(symptoms)
+        self.showing = tuple(failure for failure in self.failures if self._look(failure, symptoms))
+        waiting = (failure for failure in self.showing if self.untried(failure))
+        return next((failure for failure in waiting if not self._is_blocked(failure)), None)
+
+    def try_cure(self, failure: Failure, option: Option) -> Trial:
+        """Perform a cure of a failure."""
+        settings = settings_of(option.steps) or {}
+        before = {setting: self._configuration.get(setting) for setting in settings if setting[1]}
+        for step in option.steps:
+            if before.get((step.node, step.parameter)) is None or step.value is None:
+                self._configuration.do(step)
+            else:
+                self._configuration.set((step.node, step.parameter), step.value)
+        known = {setting: value for setting, value in before.items() if value is not None}
+        trial = Trial(failure, option, self._manager.now_s + option.seconds, known)
+        self._trials[failure.name] = trial
+        self._tried_s[failure.name, option] = self._manager.now_s
+        return trial
+
+    def _offered(self, failure: Failure) -> list[Option]:
+        """Return the cures of a failure."""
+        faults: dict[tuple[Adaptation, ...], list[str]] = {}
+        for fault in current_system().faults.values():
+            for cure in fault.cures if fault.failure == failure.name else ():
+                faults.setdefault(cure, []).append(fault.name)
+        if not faults:
+            node = self.node(failure)
+            faults = {(restart(node),): [], (redeploy(node),): []}
+        options = [Option(cure, tuple(names), self._seconds(failure, cure)) for cure, names in faults.items()]
+        return sorted(options, key=lambda option: option.seconds)
+
+    def _seconds(self, failure: Failure, cure: Iterable[Adaptation]) -> float:
+        boots = [self._wiring.boot_s[step.node] for step in cure if step.kind is AdaptationKind.REDEPLOY]
+        shows_s = _PASSING_S if failure.topic else _NEW_FRAMES_S
+        return sum(boots) + shows_s
+
+    def _upstream(self, node: str) -> set[str]:
+        """Return a node and the nodes upstream of it."""
+        return {node, *(self._wiring.publisher[topic] for topic in self._wiring.topics_before(node))}
+
+    def _is_blocked(self, failure: Failure) -> bool:
+        """Return whether a cure of a failure, of its node or of a node upstream waits for its effect."""
+        upstream = self._upstream(self.node(failure))
+        return failure.name in self._trials or any(
+            upstream.intersection(step.node for step in trial.option.steps)
+            for trial in self._trials.values()
+            if self._manager.now_s < trial.due_s
+        )
+
+    def _look(self, failure: Failure, symptoms: Symptoms) -> bool:
+        """Judge the last cure of a failure, if its effect can be seen; return whether the failure shows."""
+        shows = self._shows(failure, symptoms)
+        trial = self._trials.get(failure.name)
+        if trial is not None and shows is not None:
+            self._judge(trial, shows, self._badness(failure, symptoms))
+        elif shows is False:
+            self._tried_s = {key: time_s for key, time_s in self._tried_s.items() if key[0] != failure.name}
+            self._badness_before.pop(failure.name, None)
+        return shows is True
+
+    def _judge(self, trial: Trial, shows: bool, badness: float) -> None:
+        """Note a failure's signal, and judge the cure if its effect can be seen."""
+        trial.peak = max(trial.peak, badness)
+        if self._manager.now_s < trial.due_s:
+            return
+        del self._trials[trial.failure.name]
+        before = self._badness_before.get(trial.failure.name, trial.peak)
+        trial.helped = not shows
+        trial.kept = trial.helped or badness < before - _BETTER * abs(before)
+        self._badness_before[trial.failure.name] = badness if trial.kept else before
+        for setting, value in () if trial.kept else trial.before.items():
+            if self._configuration.get(setting) != value:
+                self._configuration.set(setting, value)
+
+    def _shows(self, failure: Failure, symptoms: Symptoms) -> bool | None:
+        """Return whether a failure shows; None while that cannot be known."""
+        if failure.topic:
+            if not symptoms.stopped(failure.topic):
+                return False
+            return self._wiring.first_silent(symptoms) == self.node(failure) or None
+        if any(map(symptoms.stopped, self._wiring.topics_until(self.node(failure)))):
+            self._waits.start(failure.name, _NEW_FRAMES_S)
+        return self._thresholds.is_beyond(failure.signal, symptoms) if self._waits.over(failure.name) else None
+
+    def _badness(self, failure: Failure, symptoms: Symptoms) -> float:
+        return self._thresholds.badness(failure.signal, symptoms) if failure.signal else 0.0
+
+
+def _silence(topic: str) -> Failure:
+    """Return the failure of a topic that no failure of the catalogue names."""
+    return Failure(
+        f"silence_of{topic.replace('/', '_')}",
+        f"{topic} has no messages",
+        symptom=f"no message on {topic} for 1 s",
+        gone=f"messages on {topic} are back",
+        topic=topic,
+    )

@@ -7,7 +7,15 @@ from typing import Final
 
 from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
-from sunset.managing.tools import Configuration, Setting, Thresholds, Waits, Wiring, settings_of
+from sunset.managing.tools import (
+    Configuration,
+    Setting,
+    Thresholds,
+    Waits,
+    Wiring,
+    healthy_settings,
+    settings_of,
+)
 from sunset.system.vocabulary import (
     Adaptation,
     AdaptationKind,
@@ -88,7 +96,7 @@ class Treatment:
     def __init__(self, manager: ManagingSystem) -> None:
         self._manager = manager
         self._wiring, self._waits, self._thresholds = Wiring(), Waits(manager), Thresholds(manager)
-        self._configuration = Configuration(manager)
+        self._configuration, self._healthy = Configuration(manager), healthy_settings()
         self._trials: dict[str, Trial] = {}  # failure → its last cure, until that is judged
         self._tried_s: dict[tuple[str, Option], float] = {}
         self._badness_before: dict[str, float] = {}  # failure → its signal without the cure that is tried
@@ -116,12 +124,12 @@ class Treatment:
         return self._options[failure.name]
 
     def untried(self, failure: Failure) -> tuple[Option, ...]:
-        """Return the cures of a failure that were not tried in vain lately."""
+        """Return the cures of a failure that were not tried in vain lately, and are not in place."""
         since_s = self._manager.now_s - _FORGETTING_S
         return tuple(
             option
             for option in self.options(failure)
-            if self._tried_s.get((failure.name, option), since_s) <= since_s
+            if self._tried_s.get((failure.name, option), since_s) <= since_s and not self._is_in_place(option)
         )
 
     def due(self, symptoms: Symptoms) -> Failure | None:
@@ -169,6 +177,13 @@ class Treatment:
     def _upstream(self, node: str) -> set[str]:
         """Return a node and the nodes upstream of it."""
         return {node, *(self._wiring.publisher[topic] for topic in self._wiring.topics_before(node))}
+
+    def _is_in_place(self, option: Option) -> bool:
+        """Return whether the settings of a cure are those that an earlier cure has set."""
+        settings = {key: value for key, value in (settings_of(option.steps) or {}).items() if key[1]}
+        return bool(settings) and all(
+            self._configuration.get(key) == value != self._healthy.get(key) for key, value in settings.items()
+        )
 
     def _is_blocked(self, failure: Failure) -> bool:
         """Return whether a cure of a failure, of its node or of a node upstream waits for its effect."""

@@ -1,4 +1,4 @@
-"""Answer sets (clingo): rules say which faults are suspects, and which cure serves; of the answers, the quickest is best."""
+"""Answer sets (clingo): rules say which faults are suspects and which cures serve; the quickest of these is best."""
 
 import clingo
 

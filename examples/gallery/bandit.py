@@ -26,5 +26,7 @@ class Bandit(ManagingSystem):
             self.trials.remove(trial)
         if failure is not None:
             drawn = self.bandits[failure.name].predict_expectations()
-            best = max(self.treatment.untried(failure), key=lambda option: drawn[str(option)] / option.seconds)
+            best = max(
+                self.treatment.untried(failure), key=lambda option: drawn[str(option)] / option.seconds
+            )
             self.trials.append(self.treatment.try_cure(failure, best))

@@ -29,12 +29,11 @@ class BayesianNetwork(ManagingSystem):
             network.add_cpds(TabularCPD("fault", len(faults), [[1 / len(faults)]] * len(faults)))
             for option in options:
                 fails = [
-                    FAILS_AS_RIGHT_CURE if fault in causes(option) else FAILS_AS_WRONG_CURE for fault in faults
+                    FAILS_AS_RIGHT_CURE if fault in causes(option) else FAILS_AS_WRONG_CURE
+                    for fault in faults
                 ]
                 helps = [1 - probability for probability in fails]
-                network.add_cpds(
-                    TabularCPD(f"{option} fails", 2, [helps, fails], ["fault"], [len(faults)])
-                )
+                network.add_cpds(TabularCPD(f"{option} fails", 2, [helps, fails], ["fault"], [len(faults)]))
             self.faults[failure.name], self.inference[failure.name] = faults, VariableElimination(network)
 
     def adapt(self, symptoms: Symptoms) -> None:
@@ -42,9 +41,7 @@ class BayesianNetwork(ManagingSystem):
         if failure is None:
             return
         untried = self.treatment.untried(failure)
-        failed = {
-            f"{option} fails": 1 for option in self.treatment.options(failure) if option not in untried
-        }
+        failed = {f"{option} fails": 1 for option in self.treatment.options(failure) if option not in untried}
         posterior = self.inference[failure.name].query(["fault"], evidence=failed, show_progress=False)
         probability = dict(zip(self.faults[failure.name], map(float, posterior.values), strict=True))
         self.diagnose({fault: min(1.0, share) for fault, share in probability.items()})

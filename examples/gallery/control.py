@@ -17,7 +17,11 @@ class Loop:
             nodes = [step.node for step in option.steps if step.kind is AdaptationKind.ACTIVATE]
             if fault and fault.limits and nodes:
                 self.cure, self.node, self.parameter = option, nodes[0], fault.parameter
-                self.strength, self.step, self.limits = float(fault.value), float(fault.value) / 2, fault.limits
+                self.strength, self.step, self.limits = (
+                    float(fault.value),
+                    float(fault.value) / 2,
+                    fault.limits,
+                )
 
     def next_step(self) -> Option | None:
         """Return the usual strength first, then steps from the best; None if no step helps."""

@@ -1,6 +1,6 @@
 """Write tabular.json and linear.json: runs that try cures at random, and what follows from them.
 
-Usage: python examples/gallery/learn.py FOLDER [SCENARIOS], where FOLDER gets the runs; scenarios are of the split `train`.
+Usage: python examples/gallery/learn.py FOLDER [SCENARIOS]. FOLDER gets the runs, on scenarios of the split `train`.
 """
 
 import json
@@ -65,7 +65,9 @@ def after(trial: dict) -> list[int]:
 
 def row(trial: dict, tried: list[int]) -> str:
     """Return the name of a row of the table: the failure, and the cures that were tried."""
-    return "; ".join([trial["failure"], *(cure for cure, was in zip(trial["cures"], tried, strict=True) if was)])
+    return "; ".join(
+        [trial["failure"], *(cure for cure, was in zip(trial["cures"], tried, strict=True) if was)]
+    )
 
 
 def table_of(trials: list[dict]) -> dict[str, dict[str, float]]:

@@ -1,4 +1,4 @@
-"""A linear learner (numpy): the seconds that each cure takes are a linear function of signals and cures tried before."""
+"""A linear learner (numpy): the seconds that a cure takes are a linear function of the signals and of cures tried."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Model checking (stormpy): a Markov decision process of the cures; the scheduler of least expected time is followed."""
+"""Model checking (stormpy): a Markov decision process of the cures; it follows the scheduler of least expected time."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,7 +33,8 @@ class ModelChecking(ManagingSystem):
     def on_start(self) -> None:
         self.treatment = Treatment(self)
         self.best = {
-            failure.name: self.schedule(self.treatment.options(failure)) for failure in self.treatment.failures
+            failure.name: self.schedule(self.treatment.options(failure))
+            for failure in self.treatment.failures
         }
 
     def schedule(self, options: tuple[Option, ...]) -> dict[int, Option]:

@@ -4,7 +4,6 @@ from unified_planning.shortcuts import (
     BoolType,
     Fluent,
     InstantaneousAction,
-    Object,
     OneshotPlanner,
     Problem,
     UserType,

@@ -1,4 +1,4 @@
-"""A tabular learner (numpy): looks up the seconds that each cure took in training, by the cures that were tried before."""
+"""A tabular learner (numpy): looks up the seconds that a cure took in training, by the cures that were tried before."""
 
 import json
 from pathlib import Path

@@ -227,7 +227,9 @@ class Treatment:
             return self._wiring.first_silent(symptoms) == self.node(failure) or None
         if any(map(symptoms.stopped, self._wiring.topics_until(self.node(failure)))):
             self._waits.start(failure.name, _NEW_FRAMES_S)
-        return self._thresholds.is_beyond(failure.signal, symptoms) if self._waits.over(failure.name) else None
+        return (
+            self._thresholds.is_beyond(failure.signal, symptoms) if self._waits.over(failure.name) else None
+        )
 
     def _badness(self, failure: Failure, symptoms: Symptoms) -> float:
         return self._thresholds.badness(failure.signal, symptoms) if failure.signal else 0.0

@@ -27,7 +27,7 @@ class Exploring(ManagingSystem):
 
     def on_start(self) -> None:
         self.treatment = Treatment(self)
-        self.random = generator(self.declare_parameter("manager_seed", 0).value, "exploring")
+        self.seed = self.declare_parameter("manager_seed", 0).value
         self.trials: list[tuple[Trial, dict[str, object]]] = []
 
     def adapt(self, symptoms: Symptoms) -> None:
@@ -37,7 +37,8 @@ class Exploring(ManagingSystem):
             self.trials.remove((trial, seen))
         if failure is not None:
             untried, options = self.treatment.untried(failure), self.treatment.options(failure)
-            option = untried[self.random.integers(len(untried))]
+            random = generator(self.seed, "exploring", repr(symptoms))  # other draws in each scenario
+            option = untried[random.integers(len(untried))]
             seen = {
                 "failure": failure.name,
                 "cures": [str(other) for other in options],

@@ -32,10 +32,8 @@ class ModelChecking(ManagingSystem):
 
     def on_start(self) -> None:
         self.treatment = Treatment(self)
-        self.best = {
-            failure.name: self.schedule(self.treatment.options(failure))
-            for failure in self.treatment.failures
-        }
+        failures = self.treatment.failures
+        self.best = {each.name: self.schedule(self.treatment.options(each)) for each in failures}
 
     def schedule(self, options: tuple[Option, ...]) -> dict[int, Option]:
         """Return the cures that were tried, as bits → the next cure, in the least expected time."""
@@ -48,12 +46,12 @@ class ModelChecking(ManagingSystem):
         model = stormpy.build_model(program, options=wanted)
         scheduler = stormpy.model_checking(model, goal, extract_scheduler=True).get_scheduler()
         (tried,) = model.state_valuations.get_all_variables()
-        best = {}
-        for state in model.states:
-            number = scheduler.get_choice(state).get_deterministic_choice()
-            for label in list(state.actions)[number].labels - {"stop"}:
-                best[model.state_valuations.get_value(state.id, tried)] = options[int(label[1:])]
-        return best
+        numbers = {state: scheduler.get_choice(state).get_deterministic_choice() for state in model.states}
+        return {
+            model.state_valuations.get_value(state.id, tried): options[int(label[1:])]
+            for state, number in numbers.items()
+            for label in list(state.actions)[number].labels - {"stop"}
+        }
 
     def adapt(self, symptoms: Symptoms) -> None:
         failure = self.treatment.due(symptoms)

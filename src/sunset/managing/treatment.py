@@ -1,6 +1,5 @@
 """One cure at a time for each failure that shows: what managing systems need that differ only in their choices."""
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
@@ -31,6 +30,8 @@ _PASSING_S: Final = 0.5
 """The time until a node that sends again is seen."""
 _NEW_FRAMES_S: Final = 0.75
 """The time until a signal, a mean over 5 frames, is of new frames only."""
+_UNCHANGED_S: Final = 0.3
+"""The time in which a signal is mostly of frames from before a cure."""
 _FORGETTING_S: Final = 8.0
 """The time after which a cure that did not help may be tried again: another fault may have come."""
 _BETTER: Final = 0.05
@@ -64,7 +65,8 @@ class Trial:
         option: the cure.
         due_s: when its effect can be seen [s].
         before: the settings that it changed, with their values before.
-        peak: the worst value of the failure's signal since, negated if low is bad.
+        first: the worst value of the failure's signal before its effect, negated if low is bad.
+        peak: the worst value since.
         helped: whether the failure is gone; None until that is known.
         kept: whether its settings stay, since the failure is gone or its signal is better; None until that is known.
     """
@@ -73,7 +75,8 @@ class Trial:
     option: Option
     due_s: float
     before: dict[Setting, Value]
-    peak: float = -math.inf
+    first: float
+    peak: float
     helped: bool | None = None
     kept: bool | None = None
 
@@ -99,6 +102,7 @@ class Treatment:
         self._configuration, self._healthy = Configuration(manager), healthy_settings()
         self._trials: dict[str, Trial] = {}  # failure → its last cure, until that is judged
         self._tried_s: dict[tuple[str, Option], float] = {}
+        self._badness: dict[str, float] = {}  # failure → its signal now
         self._badness_before: dict[str, float] = {}  # failure → its signal without the cure that is tried
         listed = [
             failure
@@ -142,8 +146,14 @@ class Treatment:
         waiting = (failure for failure in self.showing if self.untried(failure))
         return next((failure for failure in waiting if not self._is_blocked(failure)), None)
 
-    def try_cure(self, failure: Failure, option: Option) -> Trial:
-        """Perform a cure of a failure."""
+    def try_cure(self, failure: Failure, option: Option, *, think_s: float = 0.0) -> Trial:
+        """Perform a cure of a failure, of `options` or of your own.
+
+        Args:
+            failure: the failure that is due.
+            option: the cure.
+            think_s: the time by which `think` has delayed it [s].
+        """
         settings = settings_of(option.steps) or {}
         before = {setting: self._configuration.get(setting) for setting in settings if setting[1]}
         for step in option.steps:
@@ -152,7 +162,8 @@ class Treatment:
             else:
                 self._configuration.set((step.node, step.parameter), step.value)
         known = {setting: value for setting, value in before.items() if value is not None}
-        trial = Trial(failure, option, self._manager.now_s + option.seconds, known)
+        due_s, badness = self._manager.now_s + think_s + option.seconds, self._badness[failure.name]
+        trial = Trial(failure, option, due_s, known, badness, badness)
         self._trials[failure.name] = trial
         self._tried_s[failure.name, option] = self._manager.now_s
         return trial
@@ -198,23 +209,32 @@ class Treatment:
         """Judge the last cure of a failure, if its effect can be seen; return whether the failure shows."""
         shows = self._shows(failure, symptoms)
         trial = self._trials.get(failure.name)
+        badness = self._thresholds.badness(failure.signal, symptoms) if failure.signal else 0.0
+        self._badness[failure.name] = badness
         if trial is not None and shows is not None:
-            self._judge(trial, shows, self._badness(failure, symptoms))
-        elif shows is False:
+            self._judge(trial, shows, badness)
+        if shows is False and failure.name not in self._trials:
             self._tried_s = {key: time_s for key, time_s in self._tried_s.items() if key[0] != failure.name}
             self._badness_before.pop(failure.name, None)
         return shows is True
 
     def _judge(self, trial: Trial, shows: bool, badness: float) -> None:
         """Note a failure's signal, and judge the cure if its effect can be seen."""
+        now_s = self._manager.now_s
         trial.peak = max(trial.peak, badness)
-        if self._manager.now_s < trial.due_s:
+        if now_s < trial.due_s - trial.option.seconds + _UNCHANGED_S:
+            trial.first = trial.peak
+        if now_s < trial.due_s:
             return
         del self._trials[trial.failure.name]
+        # a fault that has just come raises the signal further in the first trial
         before = self._badness_before.get(trial.failure.name, trial.peak)
         trial.helped = not shows
         trial.kept = trial.helped or badness < before - _BETTER * abs(before)
-        self._badness_before[trial.failure.name] = badness if trial.kept else before
+        if trial.kept or not trial.before:
+            self._badness_before[trial.failure.name] = badness
+        else:  # what is undone may have raised the signal
+            self._badness_before.setdefault(trial.failure.name, trial.first)
         for setting, value in () if trial.kept else trial.before.items():
             if self._configuration.get(setting) != value:
                 self._configuration.set(setting, value)
@@ -230,9 +250,6 @@ class Treatment:
         return (
             self._thresholds.is_beyond(failure.signal, symptoms) if self._waits.over(failure.name) else None
         )
-
-    def _badness(self, failure: Failure, symptoms: Symptoms) -> float:
-        return self._thresholds.badness(failure.signal, symptoms) if failure.signal else 0.0
 
 
 def _silence(topic: str) -> Failure:

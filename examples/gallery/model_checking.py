@@ -18,8 +18,7 @@ def prism(options: tuple[Option, ...]) -> Iterator[str]:
         suspects = {fault for option in options for fault in option.faults} - excluded
         for number, option in enumerate(options):
             if option not in chosen:
-                cured = len(suspects.intersection(option.faults)) or 0.01
-                total = max(1, len(suspects))
+                cured, total = len(suspects.intersection(option.faults)) or 0.01, max(1, len(suspects))
                 yield f"[c{number}] tried={tried} -> {cured}/{total} : (tried'={done})"
                 yield f" + {total - cured}/{total} : (tried'={tried | 1 << number});"
     yield f"[stop] tried={done - 1} -> (tried'={done}); endmodule rewards"

@@ -1,0 +1,81 @@
+"""Each managing system of the gallery, behind the walls, on six scenarios; it needs `requirements.txt`."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import sunset
+from sunset.evaluation.results import RunRow
+
+HERE = Path(__file__).parent
+FAULTS = (
+    "camera_driver_issue",
+    "gpu_failure",
+    "image_degradation",
+    "image_shift",
+    "depth_degradation",
+    "autofocus_needed",
+)
+MODELS = {
+    "language_model": f"{HERE}/language_model.py:LanguageModel",
+    "language_model_program": f"exec:python3 {HERE}/language_model_program.py {HERE}/answers.jsonl",
+}
+CLASSES = {
+    "answer_sets": "AnswerSets",
+    "bandit": "Bandit",
+    "bayesian_network": "BayesianNetwork",
+    "behaviour_tree": "BehaviourTree",
+    "control": "Control",
+    "linear_learner": "LinearLearner",
+    "model_checking": "ModelChecking",
+    "planning": "Planning",
+    "tabular_learner": "TabularLearner",
+}
+MEMBERS = {name: f"{HERE}/{name}.py:{class_name}" for name, class_name in CLASSES.items()} | MODELS
+
+
+@pytest.fixture(scope="session")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[RunRow]]:
+    """Return the runs of each member."""
+    results = sunset.bench(
+        "single",
+        MEMBERS,
+        out=tmp_path_factory.mktemp("gallery") / "runs",
+        scenarios=[f"single/{fault}" for fault in FAULTS],
+        repetitions=1,
+        duration=7,
+        score=False,
+        references=False,
+    )
+    return {name: [run for run in results.runs if run.manager == name] for name in MEMBERS}
+
+
+@pytest.mark.parametrize("name", MEMBERS)
+def test_a_member_follows_the_rules_to_the_end_of_every_run(name: str, runs: dict[str, list[RunRow]]) -> None:
+    assert [(run.scenario, run.failed, run.reason) for run in runs[name] if run.failed or not run.valid] == []
+    assert len(runs[name]) == len(FAULTS)
+    assert all(run.metrics["adaptations"] for run in runs[name])
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_a_member_cures_five_of_the_six_faults(name: str, runs: dict[str, list[RunRow]]) -> None:
+    cured = [run.scenario for run in runs[name] if run.metrics["faults_cured"]]
+    assert len(cured) >= len(FAULTS) - 1, cured
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_language_model_has_costs(name: str, runs: dict[str, list[RunRow]]) -> None:
+    assert all(run.models_asked and run.metrics["tokens_in"] for run in runs[name])
+
+
+def test_the_page_lists_all_members_with_commands() -> None:
+    page = (HERE / "README.md").read_text(encoding="utf-8")
+    commands = re.findall(r"--manager '?([^`']+)", page)
+    folder = f"{HERE.parents[1]}/"
+    assert sorted(commands) == sorted(spec.replace(folder, "") for spec in MEMBERS.values())
+
+
+def test_members_are_short() -> None:
+    lengths = {name: len((HERE / f"{name}.py").read_text(encoding="utf-8").splitlines()) for name in MEMBERS}
+    assert {name: length for name, length in lengths.items() if length > 60} == {}

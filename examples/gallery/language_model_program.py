@@ -54,9 +54,7 @@ for line in sys.stdin:
     named = [name for name in offered if name in answer["text"]]
     adaptations = [offered[named[0]]] if named else []
     last = named[0] if named else last
-    boot_s = (
-        nodes[adaptations[0]["node"]]["activation_delay_s"] if last.startswith("redeploy") and named else 0.0
-    )
-    next_s = decision["time"] + answer["seconds"] + 1.0 + boot_s
+    boots = [nodes[each["node"]]["activation_delay_s"] for each in adaptations if each["kind"] == "redeploy"]
+    next_s = decision["time"] + answer["seconds"] + 1.0 + sum(boots)
     cost = {name: answer[name] for name in ("model", "tokens_in", "tokens_out", "price")}
     print(json.dumps({"adaptations": adaptations, "think_s": answer["seconds"], "cost": cost}), flush=True)

@@ -150,7 +150,23 @@ def test_a_cure_that_makes_the_signal_no_better_is_undone(manager: Recorded) -> 
     assert manager.done == ["activate image_enhancement", "sensor_fusion.topic_camera_input = rgb_enhanced"]
     assert manager.due(0.8, show(entropy=0.49)) == "F4"
     assert (trial.helped, trial.kept) == (False, False)
-    assert manager.done[2:] == ["sensor_fusion.topic_camera_input = rgb_camera"]
+    assert manager.done[2:] == []  # it may think first
+    manager.treatment.try_cure(manager.failure("F4"), manager.option("F4", RECALIBRATE))
+    assert manager.done[2:] == [
+        "sensor_fusion.topic_camera_input = rgb_camera",
+        "sensor_fusion.do_recalibration = True",
+    ]
+
+
+def test_the_last_cure_is_undone_too(manager: Recorded) -> None:
+    after_s = 0.8
+    for option in reversed(manager.treatment.options(manager.failure("F4"))):
+        assert manager.due(after_s, show(entropy=0.5)) == "F4"
+        manager.treatment.try_cure(manager.failure("F4"), option)
+        after_s = option.seconds + 0.1
+    assert manager.done[-1] == "sensor_fusion.topic_camera_input = rgb_enhanced"
+    assert manager.due(after_s, show(entropy=0.5)) == ""
+    assert manager.done[-1] == "sensor_fusion.topic_camera_input = rgb_camera"
 
 
 def test_a_cure_that_helps_against_one_of_two_faults_stays_and_is_not_offered(manager: Recorded) -> None:

@@ -115,6 +115,7 @@ class Treatment:
             sorted([*listed, *others], key=lambda failure: len(self._upstream(self.node(failure))))
         )
         self.showing: tuple[Failure, ...] = ()
+        self._undoing: dict[Setting, Value] = {}
         self._options = {failure.name: tuple(self._offered(failure)) for failure in self.failures}
 
     def node(self, failure: Failure) -> str:
@@ -144,7 +145,10 @@ class Treatment:
         self._configuration.see(symptoms)
         self.showing = tuple(failure for failure in self.failures if self._look(failure, symptoms))
         waiting = (failure for failure in self.showing if self.untried(failure))
-        return next((failure for failure in waiting if not self._is_blocked(failure)), None)
+        due = next((failure for failure in waiting if not self._is_blocked(failure)), None)
+        if due is None:
+            self._undo()
+        return due
 
     def try_cure(self, failure: Failure, option: Option, *, think_s: float = 0.0) -> Trial:
         """Perform a cure of a failure, of `options` or of your own.
@@ -154,6 +158,7 @@ class Treatment:
             option: the cure.
             think_s: the time by which `think` has delayed it [s].
         """
+        self._undo()  # not in `due`, after which a managing system may think
         settings = settings_of(option.steps) or {}
         before = {setting: self._configuration.get(setting) for setting in settings if setting[1]}
         for step in option.steps:
@@ -235,9 +240,15 @@ class Treatment:
             self._badness_before[trial.failure.name] = badness
         else:  # what is undone may have raised the signal
             self._badness_before.setdefault(trial.failure.name, trial.first)
-        for setting, value in () if trial.kept else trial.before.items():
+        if not trial.kept:
+            self._undoing |= trial.before
+
+    def _undo(self) -> None:
+        """Set the settings of cures that were no use as they were before."""
+        for setting, value in self._undoing.items():
             if self._configuration.get(setting) != value:
                 self._configuration.set(setting, value)
+        self._undoing = {}
 
     def _shows(self, failure: Failure, symptoms: Symptoms) -> bool | None:
         """Return whether a failure shows; None while that cannot be known."""

@@ -6,7 +6,7 @@ from sunset.managing import ManagingSystem, Symptoms, Treatment, Trial
 
 
 class Bandit(ManagingSystem):
-    """Learns during a run which cures help; the prior is one success and one failure of each."""
+    """Learns during a run which cures help; the prior is a success and a failure of each."""
 
     def on_start(self) -> None:
         self.treatment = Treatment(self)

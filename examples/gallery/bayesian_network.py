@@ -11,7 +11,7 @@ FAILS_AS_WRONG_CURE = 0.98
 
 
 def causes(option: Option) -> tuple[str, ...]:
-    """Return the faults that a cure ends; without a catalogue, one fault of its own."""
+    """Return the faults that a cure ends; without a catalogue, a fault of its own."""
     return option.faults or (str(option),)
 
 

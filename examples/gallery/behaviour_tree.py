@@ -1,4 +1,4 @@
-"""A behaviour tree (py_trees): the failure furthest upstream first, its cures in turn until one helps."""
+"""A behaviour tree (py_trees): the failure furthest upstream first, its cures in turn until the failure is gone."""
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status

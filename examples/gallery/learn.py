@@ -1,4 +1,4 @@
-"""Write tabular.json and linear.json: runs that try cures at random, and what follows from them.
+"""Write tabular.json and linear.json: from runs that try cures at random.
 
 Usage: python examples/gallery/learn.py FOLDER [SCENARIOS]. FOLDER gets the runs, on scenarios of the split `train`.
 """
@@ -23,7 +23,7 @@ HERE = Path(__file__).parent
 
 
 class Exploring(ManagingSystem):
-    """Tries cures at random, and logs what it saw, did and found."""
+    """Tries cures at random, and logs each trial."""
 
     def on_start(self) -> None:
         self.treatment = Treatment(self)
@@ -51,7 +51,7 @@ class Exploring(ManagingSystem):
 
 
 def explored(folder: Path, scenarios: int) -> list[dict]:
-    """Return what the runs have logged."""
+    """Return the trials that the runs have logged."""
     sunset.generate_split("train", scenarios, folder / "train", seed=1)
     manager = {"exploring": f"{__file__}:Exploring"}
     results = sunset.bench(folder / "train", manager, out=folder / "runs", score=False, references=False)

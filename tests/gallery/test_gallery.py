@@ -48,7 +48,6 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[RunRow]]:
 def test_a_member_follows_the_rules_to_the_end_of_every_run(name: str, runs: dict[str, list[RunRow]]) -> None:
     assert [(run.scenario, run.failed, run.reason) for run in runs[name] if run.failed or not run.valid] == []
     assert len(runs[name]) == len(FAULTS)
-    assert all(run.metrics["adaptations"] for run in runs[name])
 
 
 @pytest.mark.parametrize("name", OTHERS)

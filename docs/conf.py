@@ -21,6 +21,7 @@ order = {
         "docs/managing-systems",
         "docs/managing-reference",
         "docs/programs",
+        "examples/gallery/README",
         "docs/behind-glass",
         "docs/learning",
     ),
@@ -63,7 +64,7 @@ order = {
 project = "SUNSET"
 release = sunset.__version__
 root_doc = "README"
-include_patterns = ["*.md", "docs/**", "packages/*/README.md"]
+include_patterns = ["*.md", "docs/**", "packages/*/README.md", "examples/*/README.md"]
 exclude_patterns = ["docs/results/**"]
 source_suffix = {".md": "markdown", ".ipynb": "notebook"}
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]

@@ -15,7 +15,8 @@ from sunset.recording import StoredRun
 from sunset.scenarios import load_scenario, parse_scenario
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "ARTIFACT.md", *sorted((ROOT / "docs").glob("*.md"))]
+GALLERY = ROOT / "examples" / "gallery" / "README.md"
+PAGES = [ROOT / "README.md", ROOT / "ARTIFACT.md", GALLERY, *sorted((ROOT / "docs").glob("*.md"))]
 
 
 def blocks(page: str, language: str) -> list[str]:
@@ -49,7 +50,7 @@ def test_the_managing_system_of_the_page_waits_retries_and_tries_the_next_cure(
     flight: Path, tmp_path: Path
 ) -> None:
     del flight
-    *_, source = blocks("docs/managing-systems.md", "python")
+    _, source, _ = blocks("docs/managing-systems.md", "python")
     (tmp_path / "mine.py").write_text(source, encoding="utf-8")
     result = fly("memory_leakage+image_shift", f"{tmp_path / 'mine.py'}:Mine", tmp_path / "run", 10.0)
 
@@ -57,6 +58,18 @@ def test_the_managing_system_of_the_page_waits_retries_and_tries_the_next_cure(
     adaptations = [str(adaptation) for adaptation in result.metrics.executed]
     assert adaptations[:2] == ["restart sensor_fusion", "redeploy sensor_fusion"]
     assert len(adaptations) <= 6
+
+
+def test_the_managing_system_of_the_page_that_only_chooses_takes_the_cure_of_the_most_faults(
+    flight: Path, tmp_path: Path
+) -> None:
+    del flight
+    *_, source = blocks("docs/managing-systems.md", "python")
+    (tmp_path / "mine.py").write_text(source, encoding="utf-8")
+    result = fly("gpu_failure", f"{tmp_path / 'mine.py'}:Mine", tmp_path / "run")
+
+    assert all(episode.resolved for episode in result.metrics.failures)
+    assert [str(adaptation) for adaptation in result.metrics.executed] == ["redeploy segmentation"]
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "docs" / "programs").iterdir()), ids=lambda file: file.name)

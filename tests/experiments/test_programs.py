@@ -16,7 +16,7 @@ import msgspec
 import pytest
 
 from sunset.experiments import RunSpec, Settings, Timing, run
-from sunset.managing.program import Answer
+from sunset.managing.answer import Answer
 from sunset.perception import load_model
 from sunset.recording import StoredRun, read_messages, read_run
 from sunset.recording.reader import read_stored_run

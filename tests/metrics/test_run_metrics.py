@@ -106,6 +106,7 @@ def test_healthy_run_without_a_manager() -> None:
         "false_alarms": 0,
         "faultless_s": 20.0,
         "brier": 0.0,
+        **dict.fromkeys(("tokens_in", "tokens_out", "price", "think_s")),
         "frames_without_truth": 0,
     }
 

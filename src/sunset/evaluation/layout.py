@@ -11,6 +11,7 @@ from sunset.evaluation.intervals import DEVIATIONS, INTERVALS, NO_INTERVAL, Esti
 from sunset.evaluation.results import RunRow
 from sunset.evaluation.scores import HARM, NO_SCORE, SCORE_METHOD, ScoreRow, ScoreTable
 from sunset.evaluation.summary import PAPER_SUITES, SystemRow
+from sunset.evaluation.thinking import thinking_block
 from sunset.system import DIAGNOSE, REPAIR
 from sunset.texts.sentences import counted, listed, tallied
 from sunset_ros.texts import printable, shorten
@@ -103,6 +104,7 @@ def arrange(rows: Sequence[SystemRow], scores: Sequence[ScoreTable] = (), *, eve
         _block("The paper's figures", PAPER_LABEL, papers, _PAPER),
         _block("What became of the faults", "tab:sunset-faults", judged, FAULT_COLUMNS),
         _diagnosis_block([row for row in rows if every or row.example.task == DIAGNOSE]),
+        thinking_block(rows),
         _block("More about the same runs", "tab:sunset-more", judged, _MORE),
     )
     cells = [cell for block in blocks for line in block.lines for cell in line.cells]

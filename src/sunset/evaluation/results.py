@@ -92,6 +92,7 @@ class RunRow:
     missing_walls: tuple[str, ...] = ()  # around a user's own managing system
     warning: str = ""  # a sentence about the flight with this model
     is_empty: bool = False  # whether the whole run failed, so that record and figures are missing
+    models_asked: tuple[str, ...] = ()  # the language models that its managing system named in its costs
     differing: tuple[str, ...] = ()  # the figures whose stored value differs from the computed value
 
     @property
@@ -209,6 +210,7 @@ def _read(folder: Path, *, again: bool) -> RunRow:
         folder=folder,
         metrics=computed.to_json() if computed else stored_figures(run, folder / RUN_FILE),
         outcomes=computed.outcomes if computed else run.fault_outcomes,
+        models_asked=computed.models_asked if computed else run.models_asked or (),
         frames=run.expected_frames,
         differing=differences(run, computed) if computed else (),
         version=run.versions.get("sunset", "") + (f" with {' and '.join(extended)}" if extended else ""),

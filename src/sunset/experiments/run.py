@@ -119,6 +119,7 @@ def run_prepared(
             start_ns=outcome.start_ns,
             metrics=figures.to_json(),
             fault_outcomes=figures.outcomes,
+            models_asked=figures.models_asked or UNSET,
             valid=not reasons,
             reason="; ".join(reasons),
         )

@@ -27,4 +27,7 @@ from sunset.managing.symptoms import Symptoms as Symptoms
 from sunset.managing.tools import Waits as Waits
 from sunset.managing.tools import Wiring as Wiring
 from sunset.managing.tools import request as request
+from sunset.managing.treatment import Option as Option
+from sunset.managing.treatment import Treatment as Treatment
+from sunset.managing.treatment import Trial as Trial
 from sunset.system.vocabulary import described_faults as described_faults

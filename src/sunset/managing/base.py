@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from inspect import isasyncgen, iscoroutine, isgenerator
-from typing import Any, ClassVar, Final, TypeVar, cast
+from typing import Any, ClassVar, TypeVar, cast
 
+from sunset.managing.messages import LONGEST_THOUGHT_S, cost_message, diagnosis_message, is_number
 from sunset.managing.symptoms import DEFAULT_ENTROPY_THRESHOLD, Symptoms, make_greeting, read_parameters
 from sunset.system.vocabulary import (
     BLACKBOARD_TOPIC,
+    COST_TOPIC,
     DIAGNOSIS_TOPIC,
     MANAGING_SYSTEM,
     REPAIR,
@@ -14,7 +16,7 @@ from sunset.system.vocabulary import (
     current_system,
     full_name,
 )
-from sunset.system_interfaces.msg import Diagnosis, SetBlackboardGroup
+from sunset.system_interfaces.msg import Cost, Diagnosis, SetBlackboardGroup
 from sunset.system_interfaces.srv import Redeploy
 from sunset.texts.names import base_name
 from sunset_ros.client import AnyClient
@@ -33,8 +35,6 @@ from sunset_ros.texts import shorten, shown, suggestion
 from sunset_ros.timer import Timer
 
 _ResponseT = TypeVar("_ResponseT")
-LONGEST_THOUGHT_S: Final = 3600.0
-"""The longest time to think; no experiment measures more."""
 
 
 class ManagingSystem(Node):
@@ -98,6 +98,7 @@ class ManagingSystem(Node):
         self.__blackboard: dict[str, Value] = {}
         self.__callers: dict[str, AnyClient] = {}
         self.__diagnoses: Publisher[Diagnosis] | None = None
+        self.__costs: Publisher[Cost] | None = None
         self.__charged = False  # whether that time was added for the present decision
         self.__thought: Timer | None = None
         self.__decided: list[Callable[[], None]] = []  # while it thinks
@@ -236,7 +237,7 @@ class ManagingSystem(Node):
             ValueError: it is not such a number.
             RuntimeError: this call of `adapt` has requested an adaptation whose outcome it has not awaited.
         """
-        if not _is_number(seconds, LONGEST_THOUGHT_S):
+        if not is_number(seconds, LONGEST_THOUGHT_S):
             raise ValueError(
                 f"The time to think must be a number of seconds from 0 to {LONGEST_THOUGHT_S:g}, got {shown(seconds)}."
             )
@@ -254,24 +255,31 @@ class ManagingSystem(Node):
         Raises:
             ValueError: a fault's name is not a text, or a probability is not such a number.
         """
-        if not isinstance(probabilities, Mapping):
-            raise ValueError(f"A diagnosis must map faults to probabilities, got {shown(probabilities)}.")  # noqa: TRY004  one kind of error for a bad value
-        for fault, probability in probabilities.items():
-            if not isinstance(fault, str):
-                raise ValueError(f"The name of a fault in a diagnosis must be a text, got {shown(fault)}.")  # noqa: TRY004  likewise
-            if not _is_number(probability, 1):
-                raise ValueError(
-                    f"The probability of {shorten(fault)} must be a number from 0 to 1, got {shown(probability)}."
-                )
+        message = diagnosis_message(probabilities)
+        message.stamp = self.get_clock().now().to_msg()
         if self.__diagnoses is None:
             self.__diagnoses = self.create_publisher(Diagnosis, DIAGNOSIS_TOPIC, 10)
-        self.__diagnoses.publish(
-            Diagnosis(
-                stamp=self.get_clock().now().to_msg(),
-                faults=list(probabilities),
-                probabilities=[float(probability) for probability in probabilities.values()],
-            )
-        )
+        self.__diagnoses.publish(message)
+
+    def spend(self, *, model: str = "", tokens_in: int = 0, tokens_out: int = 0, price: float = 0.0) -> None:
+        """Publish on `/managing_system/cost` what a decision has cost, for the record; it changes nothing.
+
+        Args:
+            model: the language model that was asked, in at most 100 characters.
+            tokens_in: the length of the questions, from 0 to 1e9.
+            tokens_out: the length of the answers, likewise.
+            price: in a currency of your choice, from 0 to 1e6.
+
+        Raises:
+            ValueError: a value has the wrong type, or is out of range.
+        """
+        self.__publish_cost(cost_message(model, tokens_in, tokens_out, price))
+
+    def __publish_cost(self, message: Cost) -> None:
+        message.stamp = self.get_clock().now().to_msg()
+        if self.__costs is None:
+            self.__costs = self.create_publisher(Cost, COST_TOPIC, 10)
+        self.__costs.publish(message)
 
     def __declare_parameters(self) -> float:
         """Declare the parameters; return the period [s]."""
@@ -315,6 +323,7 @@ class ManagingSystem(Node):
             self.__adapting = self.__acted = False
 
     def __think(self, seconds: float) -> None:
+        self.__publish_cost(Cost(think_s=seconds))
         if self.__thought is not None:
             seconds += max(0, self.__thought.time_until_next_call() or 0) / 1e9
             self.destroy_timer(self.__thought)
@@ -384,7 +393,3 @@ class ManagingSystem(Node):
         else:
             self.__do(send)
         return result
-
-
-def _is_number(value: object, most: float) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= most

@@ -15,14 +15,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Annotated, ClassVar, Final
+from typing import ClassVar, Final
 
 import msgspec
-from msgspec import Meta
 
 from sunset.errors import ManagerError
 from sunset.files.sources import has_libraries
-from sunset.managing.base import LONGEST_THOUGHT_S, ManagingSystem
+from sunset.managing.answer import Answer
+from sunset.managing.base import ManagingSystem
 from sunset.managing.symptoms import Symptoms
 from sunset.system.vocabulary import AdaptationKind, current_system
 from sunset_ros.task import Future
@@ -193,54 +193,6 @@ def _executable(spec: str, program: str, folder: Path) -> Path:
     raise ManagerError(f"The managing system {spec} cannot be started: there {where}.")
 
 
-class _Adaptation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind"):
-    node: str
-    id: int | str | None = None
-
-    def do(self, manager: ManagingSystem) -> Future[bool]:
-        """Call the method with the name of this kind."""
-        *given, node, _ = msgspec.structs.astuple(self)  # fields of a subclass come first
-        future: Future[bool] = getattr(manager, str(self.__struct_config__.tag))(node, *given)
-        return future
-
-
-class _SetParameter(_Adaptation, frozen=True, tag="set_parameter"):
-    name: str
-    value: bool | Annotated[int, Meta(ge=-(2**63), le=2**63 - 1)] | float | str
-
-
-class _ChangeTopic(_Adaptation, frozen=True, tag="change_topic"):
-    name: str
-    value: str
-
-
-class _Activate(_Adaptation, frozen=True, tag="activate"):
-    pass
-
-
-class _Deactivate(_Adaptation, frozen=True, tag="deactivate"):
-    pass
-
-
-class _Restart(_Adaptation, frozen=True, tag="restart"):
-    pass
-
-
-class _Redeploy(_Adaptation, frozen=True, tag="redeploy"):
-    pass
-
-
-class Answer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A line of a program's output."""
-
-    adaptations: Annotated[
-        list[_SetParameter | _ChangeTopic | _Activate | _Deactivate | _Restart | _Redeploy],
-        Meta(max_length=100),
-    ] = []
-    diagnosis: dict[str, Annotated[float, Meta(ge=0, le=1)]] | None = None
-    think_s: Annotated[float, Meta(ge=0, le=LONGEST_THOUGHT_S)] = 0.0
-
-
 _ANSWERS: Final = msgspec.json.Decoder(Answer)
 
 
@@ -296,6 +248,8 @@ class Program(ManagingSystem):
         self.think(answer.think_s)
         if answer.diagnosis is not None:
             self.diagnose(answer.diagnosis)
+        if answer.cost is not None:
+            self.spend(**msgspec.structs.asdict(answer.cost))
         for adaptation in answer.adaptations:
             self.__requests += 1
             name = self.__requests if adaptation.id is None else adaptation.id

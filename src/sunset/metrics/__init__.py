@@ -22,6 +22,7 @@ from sunset.metrics.run_metrics import utility as utility
 from sunset.metrics.run_metrics import utility_of as utility_of
 from sunset.metrics.timeline import NUMBER_OF_CLASSES as NUMBER_OF_CLASSES
 from sunset.metrics.timeline import Command as Command
+from sunset.metrics.timeline import Cost as Cost
 from sunset.metrics.timeline import Diagnosis as Diagnosis
 from sunset.metrics.timeline import Evidence as Evidence
 from sunset.metrics.timeline import Frames as Frames

@@ -14,7 +14,7 @@ from msgspec import Meta
 from sunset.metrics.adaptations import ExecutedAdaptation, executed_adaptations, unnecessary_redeploys
 from sunset.metrics.confusion import accumulated_iou
 from sunset.metrics.episodes import Episode, failure_episodes
-from sunset.metrics.timeline import MOST, TOLERANCE_S, Amount, Count, Injection, Share, Timeline
+from sunset.metrics.timeline import MOST, TOLERANCE_S, Amount, Count, Injection, Share, Timeline, Tokens
 from sunset.metrics.treatments import FaultOutcome, fault_outcomes, faults_of, treats
 from sunset.system import RESULT_TOPIC, current_system
 from sunset.texts.names import base_name
@@ -34,6 +34,7 @@ class RunMetrics:
         executed: the adaptations, in order of time.
         outcomes: the outcome of each fault, in order of time.
         needless_adaptations: in order of time.
+        models_asked: the language models that the managing system named in its costs.
     """
 
     f_resolved_per_adaptation: Amount | None
@@ -77,6 +78,11 @@ class RunMetrics:
     executed: tuple[ExecutedAdaptation, ...] = ()
     outcomes: tuple[FaultOutcome, ...] = ()
     needless_adaptations: tuple[ExecutedAdaptation, ...] = ()
+    tokens_in: Tokens | None = None
+    tokens_out: Tokens | None = None
+    price: Amount | None = None
+    think_s: Amount | None = None
+    models_asked: tuple[str, ...] = ()
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
@@ -126,6 +132,7 @@ def score(timeline: Timeline) -> RunMetrics:
         redeploys_unnecessary=len(unnecessary_redeploys(executed, timeline.injections)),
         adaptations=len(executed),
         **_diagnosis_figures(timeline, faults),
+        **_cost_figures(timeline),
         failures=failures,
         executed=executed,
         outcomes=outcomes,
@@ -245,6 +252,20 @@ def _diagnosis_figures(timeline: Timeline, faults: Sequence[Injection]) -> dict[
         "false_alarms": alarms,
         "faultless_s": round(faultless_s, 9),
         "brier": min(1.0, squares / timeline.duration_s / len(catalogue)),
+    }
+
+
+def _cost_figures(timeline: Timeline) -> dict[str, Any]:
+    """Return the sums of the costs of decisions; nothing if none was published."""
+    costs = [cost for cost in timeline.costs if cost.time < timeline.duration_s]
+    if not costs:
+        return {}
+    return {
+        **{name: sum(getattr(cost, name) for cost in costs) for name in ("tokens_in", "tokens_out")},
+        **{
+            name: min(MOST, math.fsum(getattr(cost, name) for cost in costs)) for name in ("price", "think_s")
+        },
+        "models_asked": tuple(dict.fromkeys(cost.model for cost in costs if cost.model)),
     }
 
 

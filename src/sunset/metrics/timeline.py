@@ -28,6 +28,7 @@ Share: TypeAlias = Annotated[float, Meta(ge=0, le=1)]
 Amount: TypeAlias = Annotated[float, Meta(ge=0, le=MOST)]
 Positive: TypeAlias = Annotated[float, Meta(gt=0, le=MOST)]
 Count: TypeAlias = Annotated[int, Meta(ge=0, le=MOST)]
+Tokens: TypeAlias = Annotated[int, Meta(ge=0, le=2**53)]
 """The limits by which stored numbers are checked."""
 
 Evidence: TypeAlias = Literal["symptoms", "images"]
@@ -142,6 +143,27 @@ class Diagnosis:
     probabilities: Mapping[str, float]
 
 
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a decision of the managing system has cost, as it said.
+
+    Attributes:
+        time: when it was published [s].
+        model: the language model that was asked; empty if none was.
+        tokens_in: the length of the questions.
+        tokens_out: the length of the answers.
+        price: in a currency of its own.
+        think_s: the time by which its adaptations were delayed [s].
+    """
+
+    time: float
+    model: str = ""
+    tokens_in: int = 0
+    tokens_out: int = 0
+    price: float = 0.0
+    think_s: float = 0.0
+
+
 def _no_counts() -> Counts:
     return np.empty((0, NUMBER_OF_CLASSES), dtype=np.int64)
 
@@ -190,6 +212,7 @@ class Timeline:
     commands: tuple[Command, ...] = ()
     settings: tuple[Setting, ...] = ()
     diagnoses: tuple[Diagnosis, ...] = ()
+    costs: tuple[Cost, ...] = ()
     frames: Frames = field(default_factory=Frames)
     without_truth: Times = field(default_factory=lambda: np.empty(0))
     expected_frames: int = round(DURATION_S / PERIOD_S)

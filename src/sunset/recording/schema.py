@@ -100,6 +100,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
         versions: of everything that the record's bytes may depend on.
         start_ns: the time of the injection, in nanoseconds of the experiment's clock.
         metrics: the figures by name; `stored_figures` checks them.
+        models_asked: the language models that the managing system named in its costs.
         frames_lost: how many frames were lost before the injection; live.
         valid: whether the run counts; if not, `reason` says why.
         digest: SHA-256 of the messages; `RecordWriter` sets it.
@@ -149,6 +150,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     start_ns: int | UnsetType = UNSET
     metrics: Mapping[str, object]
     fault_outcomes: tuple[FaultOutcome, ...] = ()
+    models_asked: tuple[str, ...] | UnsetType = UNSET
     computer_kept_up: bool | UnsetType = UNSET
     frames_lost: Count | UnsetType = UNSET
     valid: bool

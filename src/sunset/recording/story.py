@@ -249,6 +249,14 @@ def figures_of(score: RunMetrics) -> Iterator[tuple[str, str, str]]:
         alarms = counted(score.false_alarms or 0, "false alarm")
         known = f"{score.faults_detected} detected, {score.faults_located} located; {alarms}"
         yield "faults identified", f"{score.faults_identified} of {score.faults_injected}", known
+    if score.think_s is not None:
+        tokens = f"{score.tokens_in} tokens in, {score.tokens_out} out"
+        asked = f"{tokens}, of {listed(score.models_asked)}; " if score.models_asked else ""
+        yield (
+            "costs of thinking",
+            f"{score.price or 0:g}",
+            f"{asked}adaptations delayed for {score.think_s:.2f} s",
+        )
 
 
 def _number(value: float | None, unit: str = "") -> str:

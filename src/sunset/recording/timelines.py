@@ -11,6 +11,7 @@ from sunset.errors import RecordError
 from sunset.metrics import (
     NUMBER_OF_CLASSES,
     Command,
+    Cost,
     Diagnosis,
     Frames,
     Injection,
@@ -18,10 +19,12 @@ from sunset.metrics import (
     Setting,
     Timeline,
 )
+from sunset.metrics.timeline import MOST
 from sunset.recording._bag import RecordedMessage
 from sunset.recording.schema import RunRecord
 from sunset.system import (
     COMMANDS_TOPIC,
+    COST_TOPIC,
     DIAGNOSIS_TOPIC,
     DIAGNOSTICS_TOPIC,
     EVALUATION_TOPIC,
@@ -48,6 +51,7 @@ from sunset_ros.parameter import scalar_of
 
 _OTHERS: Final = (
     COMMANDS_TOPIC,
+    COST_TOPIC,
     DIAGNOSIS_TOPIC,
     DIAGNOSTICS_TOPIC,
     EVALUATION_TOPIC,
@@ -158,6 +162,7 @@ def timeline_of(run: RunRecord, messages: Iterable[RecordedMessage]) -> Timeline
         commands=_commands(topics),
         settings=_settings(topics),
         diagnoses=_diagnoses(topics),
+        costs=_costs(topics),
         frames=_frames([frame for frame in evaluated if frame[1].truth.any()]),
         without_truth=np.array(
             [time for time, frame in evaluated if not frame.truth.any()], dtype=np.float64
@@ -312,6 +317,21 @@ def _diagnoses(topics: _Topics) -> tuple[Diagnosis, ...]:
         )
         for recorded in topics.messages.get(DIAGNOSIS_TOPIC, ())
         if isinstance(recorded.message, msg.Diagnosis)
+    )
+
+
+def _costs(topics: _Topics) -> tuple[Cost, ...]:
+    """Return the costs on a managing system's own topic, wrong numbers as 0; messages of other types are ignored."""
+    return tuple(
+        Cost(
+            topics.seconds(recorded.time_ns),
+            cost.model,
+            cost.tokens_in,
+            cost.tokens_out,
+            *(value if 0 <= value <= MOST else 0.0 for value in (cost.price, cost.think_s)),
+        )
+        for recorded in topics.messages.get(COST_TOPIC, ())
+        if isinstance(cost := recorded.message, msg.Cost)
     )
 
 

@@ -37,6 +37,7 @@ from sunset.system.harness import BAG_PLAYER as BAG_PLAYER
 from sunset.system.harness import BLACKBOARD_TOPIC as BLACKBOARD_TOPIC
 from sunset.system.harness import CLOCK_TOPIC as CLOCK_TOPIC
 from sunset.system.harness import COMMANDS_TOPIC as COMMANDS_TOPIC
+from sunset.system.harness import COST_TOPIC as COST_TOPIC
 from sunset.system.harness import DIAGNOSE as DIAGNOSE
 from sunset.system.harness import DIAGNOSIS_TOPIC as DIAGNOSIS_TOPIC
 from sunset.system.harness import DIAGNOSTICS_TOPIC as DIAGNOSTICS_TOPIC

@@ -19,6 +19,7 @@ from sunset.system.description import View as View
 from sunset.system.description import redeploy as redeploy
 from sunset.system.description import restart as restart
 from sunset.system.harness import BLACKBOARD_TOPIC as BLACKBOARD_TOPIC
+from sunset.system.harness import COST_TOPIC as COST_TOPIC
 from sunset.system.harness import DIAGNOSIS_TOPIC as DIAGNOSIS_TOPIC
 from sunset.system.harness import FAULT_ENDS_TOPIC as FAULT_ENDS_TOPIC
 from sunset.system.harness import INJECTIONS_TOPIC as INJECTIONS_TOPIC

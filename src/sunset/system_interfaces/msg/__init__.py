@@ -20,6 +20,7 @@ __all__ = [
     "AdaptationStatus",
     "AdaptationType",
     "Command",
+    "Cost",
     "Diagnosis",
     "ExperimentLogging",
     "FaultEnd",
@@ -34,13 +35,14 @@ __all__ = [
 ]
 
 _STRUCT_0 = Struct("<?")
-_STRUCT_1 = Struct("<Q")
-_STRUCT_2 = Struct("<QBbB?fff")
-_STRUCT_3 = Struct("<???")
-_STRUCT_4 = Struct("<d")
-_STRUCT_5 = Struct("<B")
-_STRUCT_6 = Struct("<II")
-_STRUCT_7 = Struct("<f")
+_STRUCT_1 = Struct("<QQdd")
+_STRUCT_2 = Struct("<Q")
+_STRUCT_3 = Struct("<QBbB?fff")
+_STRUCT_4 = Struct("<???")
+_STRUCT_5 = Struct("<d")
+_STRUCT_6 = Struct("<B")
+_STRUCT_7 = Struct("<II")
+_STRUCT_8 = Struct("<f")
 
 
 class AdaptationStatus(Message):
@@ -185,6 +187,58 @@ class Command(Message):
         return new, position
 
 
+class Cost(Message):
+    """system_interfaces/msg/Cost."""
+
+    __slots__ = ('stamp', 'model', 'tokens_in', 'tokens_out', 'price', 'think_s')
+    __ros_name__ = "system_interfaces/msg/Cost"
+    __ros_fields__ = MappingProxyType({"stamp": "builtin_interfaces/Time", "model": "string", "tokens_in": "uint64", "tokens_out": "uint64", "price": "float64", "think_s": "float64"})
+
+    stamp: Time
+    model: str
+    tokens_in: int
+    tokens_out: int
+    price: float
+    think_s: float
+
+    def __init__(self, *, stamp: Time | None = None, model: str = "", tokens_in: int = 0, tokens_out: int = 0, price: float = 0.0, think_s: float = 0.0) -> None:
+        self.stamp = Time() if stamp is None else stamp
+        self.model = model
+        self.tokens_in = tokens_in
+        self.tokens_out = tokens_out
+        self.price = price
+        self.think_s = think_s
+
+    def copy(self) -> Self:
+        new = object.__new__(self.__class__)
+        try:
+            new.stamp = self.stamp.copy()
+            new.model = self.model
+            new.tokens_in = self.tokens_in
+            new.tokens_out = self.tokens_out
+            new.price = self.price
+            new.think_s = self.think_s
+        except (AttributeError, TypeError, InterfaceError) as error:
+            raise misfit(self, error) from error
+        return new
+
+    def encode_into(self, out: bytearray) -> None:
+        Time.encode_into(self.stamp, out)
+        write_string(out, self.model)
+        out += PAD8[len(out) & 7]
+        out += _STRUCT_1.pack(self.tokens_in, self.tokens_out, self.price, self.think_s)
+
+    @classmethod
+    def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
+        new = object.__new__(cls)
+        new.stamp, position = Time.decode_from(raw, position)
+        new.model, position = read_string(raw, position)
+        position = ((position + 3) & -8) + 4
+        (new.tokens_in, new.tokens_out, new.price, new.think_s, ) = _STRUCT_1.unpack_from(raw, position)
+        position += 32
+        return new, position
+
+
 class Diagnosis(Message):
     """system_interfaces/msg/Diagnosis."""
 
@@ -300,13 +354,13 @@ class ExperimentLogging(Message):
 
     def encode_into(self, out: bytearray) -> None:
         out += PAD8[len(out) & 7]
-        out += _STRUCT_1.pack(self.timestamp)
+        out += _STRUCT_2.pack(self.timestamp)
         write_string(out, self.scenario)
         write_string(out, self.source)
         write_string(out, self.rule_name)
         write_string(out, self.strategy_name)
         out += PAD8[len(out) & 7]
-        out += _STRUCT_2.pack(self.strategy_hash, self.strategy_status, self.adaptation_type, self.adaptation_status, BOOLS[self.success], self.iou, self.vehicle_iou, self.road_iou)
+        out += _STRUCT_3.pack(self.strategy_hash, self.strategy_status, self.adaptation_type, self.adaptation_status, BOOLS[self.success], self.iou, self.vehicle_iou, self.road_iou)
         write_string(out, self.gt_failure_name)
         out += _STRUCT_0.pack(BOOLS[self.is_gt_failure])
 
@@ -314,14 +368,14 @@ class ExperimentLogging(Message):
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         position = ((position + 3) & -8) + 4
-        (new.timestamp, ) = _STRUCT_1.unpack_from(raw, position)
+        (new.timestamp, ) = _STRUCT_2.unpack_from(raw, position)
         position += 8
         new.scenario, position = read_string(raw, position)
         new.source, position = read_string(raw, position)
         new.rule_name, position = read_string(raw, position)
         new.strategy_name, position = read_string(raw, position)
         position = ((position + 3) & -8) + 4
-        (new.strategy_hash, new.strategy_status, new.adaptation_type, new.adaptation_status, new.success, new.iou, new.vehicle_iou, new.road_iou, ) = _STRUCT_2.unpack_from(raw, position)
+        (new.strategy_hash, new.strategy_status, new.adaptation_type, new.adaptation_status, new.success, new.iou, new.vehicle_iou, new.road_iou, ) = _STRUCT_3.unpack_from(raw, position)
         position += 24
         new.gt_failure_name, position = read_string(raw, position)
         (new.is_gt_failure, ) = _STRUCT_0.unpack_from(raw, position)
@@ -431,7 +485,7 @@ class FaultInjection(Message):
         write_string(out, self.node)
         write_string(out, self.parameter)
         write_string(out, self.value)
-        out += _STRUCT_3.pack(BOOLS[self.internal], BOOLS[self.redeploy_only], BOOLS[self.confirmed])
+        out += _STRUCT_4.pack(BOOLS[self.internal], BOOLS[self.redeploy_only], BOOLS[self.confirmed])
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
@@ -442,7 +496,7 @@ class FaultInjection(Message):
         new.node, position = read_string(raw, position)
         new.parameter, position = read_string(raw, position)
         new.value, position = read_string(raw, position)
-        (new.internal, new.redeploy_only, new.confirmed, ) = _STRUCT_3.unpack_from(raw, position)
+        (new.internal, new.redeploy_only, new.confirmed, ) = _STRUCT_4.unpack_from(raw, position)
         position += 3
         return new, position
 
@@ -482,7 +536,7 @@ class FrameEvaluation(Message):
     def encode_into(self, out: bytearray) -> None:
         Header.encode_into(self.header, out)
         out += PAD8[len(out) & 7]
-        out += _STRUCT_4.pack(self.iou)
+        out += _STRUCT_5.pack(self.iou)
         if len(self.intersection) or len(self.predicted) or len(self.truth):
             write_array(out, self.intersection, UINT32)
             write_array(out, self.predicted, UINT32)
@@ -495,7 +549,7 @@ class FrameEvaluation(Message):
         new = object.__new__(cls)
         new.header, position = Header.decode_from(raw, position)
         position = ((position + 3) & -8) + 4
-        (new.iou, ) = _STRUCT_4.unpack_from(raw, position)
+        (new.iou, ) = _STRUCT_5.unpack_from(raw, position)
         position += 8
         position = (position + 3) & -4
         if raw.startswith(b"\0" * 12, position):
@@ -535,12 +589,12 @@ class FusionType(Message):
         return new
 
     def encode_into(self, out: bytearray) -> None:
-        out += _STRUCT_5.pack(self.fusion_type)
+        out += _STRUCT_6.pack(self.fusion_type)
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
-        (new.fusion_type, ) = _STRUCT_5.unpack_from(raw, position)
+        (new.fusion_type, ) = _STRUCT_6.unpack_from(raw, position)
         position += 1
         return new, position
 
@@ -580,7 +634,7 @@ class ImageDigest(Message):
     def encode_into(self, out: bytearray) -> None:
         Header.encode_into(self.header, out)
         out += PAD4[len(out) & 3]
-        out += _STRUCT_6.pack(self.height, self.width)
+        out += _STRUCT_7.pack(self.height, self.width)
         write_string(out, self.encoding)
         write_array(out, self.digest, UINT8)
 
@@ -589,7 +643,7 @@ class ImageDigest(Message):
         new = object.__new__(cls)
         new.header, position = Header.decode_from(raw, position)
         position = (position + 3) & -4
-        (new.height, new.width, ) = _STRUCT_6.unpack_from(raw, position)
+        (new.height, new.width, ) = _STRUCT_7.unpack_from(raw, position)
         position += 8
         new.encoding, position = read_string(raw, position)
         new.digest, position = read_array(raw, position, UINT8)
@@ -622,14 +676,14 @@ class SegmentationMetrics(Message):
     def encode_into(self, out: bytearray) -> None:
         Header.encode_into(self.header, out)
         out += PAD4[len(out) & 3]
-        out += _STRUCT_7.pack(self.mean_iou)
+        out += _STRUCT_8.pack(self.mean_iou)
 
     @classmethod
     def decode_from(cls, raw: bytes, position: int) -> tuple[Self, int]:
         new = object.__new__(cls)
         new.header, position = Header.decode_from(raw, position)
         position = (position + 3) & -4
-        (new.mean_iou, ) = _STRUCT_7.unpack_from(raw, position)
+        (new.mean_iou, ) = _STRUCT_8.unpack_from(raw, position)
         position += 4
         return new, position
 

@@ -212,7 +212,7 @@ class Cost(Message):
     def copy(self) -> Self:
         new = object.__new__(self.__class__)
         try:
-            new.stamp = self.stamp.copy()
+            new.stamp = copied(self.stamp, Time)
             new.model = self.model
             new.tokens_in = self.tokens_in
             new.tokens_out = self.tokens_out

@@ -1,6 +1,5 @@
 """The resources of runs: models, bags, and the cache."""
 
-import functools
 import hashlib
 import json
 import logging
@@ -29,7 +28,7 @@ from sunset.errors import DataError, InvalidInputError, ModelError
 from sunset.experiments.spec import RunSpec
 from sunset.harness.confined_manager import start_server
 from sunset.harness.frames import LazyFrames
-from sunset.images import ImageCache
+from sunset.images import ImageCache, open_cache
 from sunset.managing import EXTERNAL, MANAGERS, is_registered
 from sunset.perception import Modality, Model, ModelCard, Segmenter, load_model
 from sunset.processes.confinement.walls import missing_walls
@@ -134,7 +133,7 @@ def _usable_model(spec: RunSpec) -> Model:
 
 def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
     scenario = with_strengths(spec.scenario, model.card.severities, model.card.name)
-    cache = _cache(cache_folder()) if spec.settings.cache else None
+    cache = open_cache(cache_file()) if spec.settings.cache else None
     frames, checksum = _frames(path, (model.card.height, model.card.width), cache)
     bag = frames.bag
     timing = spec.timing
@@ -229,10 +228,7 @@ def _find_flights(specs: Sequence[RunSpec], progress: Stages | None) -> list[Pat
 
 
 def _frames(path: Path, size: tuple[int, int], cache: ImageCache | None) -> tuple[LazyFrames, str]:
-    """Return a bag's frames at a size (height, width), and its checksum.
-
-    The bag is opened again if its files have changed.
-    """
+    """Return a bag's frames at a size (height, width), and its checksum; a changed bag is opened again."""
     check_bag_path(path)
     checksum = bag_checksum(path)
     before = _opened.cache_info().hits
@@ -245,11 +241,6 @@ def _frames(path: Path, size: tuple[int, int], cache: ImageCache | None) -> tupl
 @lru_cache(maxsize=_OPEN_BAGS)
 def _opened(path: Path, size: tuple[int, int], cache: ImageCache | None, _: str) -> LazyFrames:
     return LazyFrames(read_bag(path, size=size), cache)
-
-
-@functools.cache
-def _cache(folder: Path) -> ImageCache:
-    return ImageCache(folder / cache_file().name)
 
 
 def cache_file() -> Path:

@@ -1,6 +1,7 @@
 """Images as what was done to which image: pixels are computed when they are read, and measurements looked up."""
 
 from sunset.images.cache import ImageCache as ImageCache
+from sunset.images.cache import open_cache as open_cache
 from sunset.images.cache import platform_digest as platform_digest
 from sunset.images.lazy import LazyImage as LazyImage
 from sunset.images.lazy import Pixels as Pixels

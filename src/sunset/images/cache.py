@@ -189,6 +189,12 @@ def _checksum(key: bytes, value: bytes) -> bytes:
 
 
 @cache
+def open_cache(path: Path) -> ImageCache:
+    """Return the cache in a file, opened once a process."""
+    return ImageCache(path)
+
+
+@cache
 def platform_digest() -> bytes:
     """Return a digest of what the last bits of computed images may depend on: processor and libraries."""
     import cv2  # noqa: PLC0415  a slow import, which the readers of records do without

@@ -1,11 +1,11 @@
 """The segmentation: runs the network of the fused images' modality."""
 
-import functools
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from sunset.errors import DataError
 from sunset.image_messages import bgr_of, depth_of, image_of_labels
-from sunset.images import ImageCache, LazyImage
+from sunset.images import LazyImage, open_cache
 from sunset.nodes.base import AdaptiveNode
 from sunset.nodes.parameters import FaultParameter, NodeParameter
 from sunset.system import get_fault
@@ -66,7 +66,7 @@ class SegmentationNode(AdaptiveNode):
     def _described(self) -> "Segmenter":
         from sunset.perception import Segmenter, load_model  # noqa: PLC0415  see above
 
-        cache = _opened(self.inference_cache) if self.inference_cache else None
+        cache = open_cache(Path(self.inference_cache)) if self.inference_cache else None
         return Segmenter(load_model(self.model), device=self.device, cache=cache)
 
     def _warm_up(self, modalities: "list[Modality]") -> None:
@@ -114,9 +114,3 @@ class SegmentationNode(AdaptiveNode):
                     f"The model {card.name} takes images of {card.width}x{card.height} pixels, got {width}x{height}."
                 )
         return modality, bgr, depth
-
-
-@functools.cache
-def _opened(path: str) -> ImageCache:
-    """Return the cache in a file, opened once a process."""
-    return ImageCache(path)

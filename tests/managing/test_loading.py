@@ -201,7 +201,7 @@ def test_an_unknown_name_is_answered_with_the_known_ones(spec: str) -> None:
         ("mine.py", "is a file: name its class too, as mine.py:Class"),
         (
             "sunset.managing:Mine",
-            "There is no class Mine in sunset.managing: name one of AskTell, Baseline, NoAdaptation, RandomAdaptation",
+            "There is no class Mine in sunset.managing: name one of Baseline, NoAdaptation, RandomAdaptation",
         ),
         (
             "sunset.managing:Basline",

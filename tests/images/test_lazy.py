@@ -80,6 +80,12 @@ def test_measurements_are_looked_up_without_the_pixels(cache: ImageCache) -> Non
         _ = again.pixels
 
 
+def test_looking_at_an_array_leaves_it_writeable() -> None:
+    pixels = BGR.copy()
+    assert not LazyImage.of(pixels).pixels.flags.writeable
+    assert pixels.flags.writeable
+
+
 def test_without_a_cache_everything_is_measured_each_time() -> None:
     image = LazyImage.of(BGR)
     assert [image.measure(mean), image.measure(mean)] == [11.5, 11.5]

@@ -40,7 +40,7 @@ from sunset.data import (
 from sunset.errors import DataError, OutputError
 from sunset.files.outputs import make_folder, write_text
 from sunset.files.schemas import convert, document_text, read_json
-from sunset.images import ImageCache
+from sunset.images import open_cache
 from sunset.perception import Model, ModelCard, Segmenter, load_model
 from sunset.processes.workers import Progress, spread
 from sunset.system import SAMPLES, LoadedExtension, load_extension, loaded_extensions
@@ -267,7 +267,7 @@ def _look(
 def _opened(folder: Path, device: str, path: Path, cache: Path | None) -> tuple[Segmenter, BagReader]:
     """Return a model's segmenter and a bag, opened once in each process."""
     model = load_model(folder)
-    answers = None if cache is None else ImageCache(cache)
+    answers = None if cache is None else open_cache(cache)
     bag = read_bag(path, size=(model.card.height, model.card.width))
     return Segmenter(model, device=device, cache=answers), bag
 

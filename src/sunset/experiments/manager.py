@@ -25,8 +25,6 @@ from sunset_ros.seeding import drawn_seed, generator
 
 _Result = TypeVar("_Result")
 
-_CACHE: Final = image_cache.__file__
-"""Where errors are raised that no node has caused."""
 _STILL_S: Final = 60.0
 """Processor time beyond the limit of its managing system that a simulation may take without a sign of life."""
 
@@ -116,7 +114,8 @@ def node_error(
         return cause
     frames = traceback.extract_tb(cause.__traceback__)
     place = _foreign_place([(frame.filename, frame.lineno or 0, frame.name) for frame in frames])
-    is_own = isinstance(cause, SunsetError) and (not place or frames[-1].filename == _CACHE)
+    # no node causes an error of the cache
+    is_own = isinstance(cause, SunsetError) and (not place or frames[-1].filename == image_cache.__file__)
     if is_own or not spec.extensions or node not in current_system().nodes:
         return None
     if starting:

@@ -50,7 +50,6 @@ class Resources:
     Attributes:
         model: the model; its card has the thresholds that hold on the flight.
         segmenter: runs it.
-        bag: the flight.
         frames: the frames that are played.
         bag_checksum: SHA-256 over the bag's files, in hexadecimal.
         scenario: the run's scenario, with the model's strengths in place of severities.
@@ -60,12 +59,16 @@ class Resources:
 
     model: Model
     segmenter: Segmenter
-    bag: BagReader
     frames: LazyFrames
     bag_checksum: str
     scenario: Scenario
     of_flight: bool = False
     warning: str = ""
+
+    @property
+    def bag(self) -> BagReader:
+        """The flight."""
+        return self.frames.bag
 
 
 def prepare(spec: RunSpec) -> Resources:
@@ -135,8 +138,7 @@ def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
     scenario = with_strengths(spec.scenario, model.card.severities, model.card.name)
     cache = open_cache(cache_file()) if spec.settings.cache else None
     frames, checksum = _frames(path, (model.card.height, model.card.width), cache)
-    bag = frames.bag
-    timing = spec.timing
+    bag, timing = frames.bag, spec.timing
     if len(bag) < timing.frames and not spec.settings.loop:
         dropped = sum(bag.dropped.values())
         lacking = f" ({dropped} images have no partner)" if dropped else ""
@@ -149,7 +151,7 @@ def _open(spec: RunSpec, model: Model, path: Path) -> Resources:
     frame = frames.frame(0)
     for modality in Modality:  # a broken network is noticed before the sensor fusion switches to it
         segmenter.look_up(modality, frame.rgb, frame.depth)
-    return Resources(model, segmenter, bag, frames, checksum, scenario)
+    return Resources(model, segmenter, frames, checksum, scenario)
 
 
 def _with_thresholds(

@@ -114,7 +114,7 @@ class BagPlayer(Node):
         return None
 
     def _chosen_frames(self) -> range:
-        start, count, length = self._value("start_frame"), self._value("frames"), len(self._frames)
+        start, count, length = self._value("start_frame"), self._value("frames"), len(self._frames.bag)
         loop = self._value("loop")
         stop = start + count if count else sys.maxsize if loop else length
         if start >= length or (stop > length and not loop):
@@ -151,7 +151,7 @@ class BagPlayer(Node):
         if self._next not in self._range:
             self._stop()
             return
-        frame = self._frames.frame(self._next % len(self._frames))
+        frame = self._frames.frame(self._next % len(self._frames.bag))
         stamp = self._stamp()
         header = Header(stamp=stamp, frame_id=self._frame_id)
         self._truth.publish(image_of_labels(header, frame.labels))
@@ -165,7 +165,7 @@ class BagPlayer(Node):
 
     def _stamp(self) -> Time:
         """Publish the time of the next frame on `/clock`, and return it."""
-        stamps = self._frames.stamps_ns
+        stamps = self._frames.bag.stamps_ns
         laps, number = divmod(self._next, len(stamps))
         span_ns = int(stamps[-1] - stamps[0])
         period_ns = span_ns // (len(stamps) - 1) if span_ns else round(NS_PER_S / self._value("rate"))

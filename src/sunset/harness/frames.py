@@ -35,13 +35,8 @@ class LazyFrames:
     def __init__(self, bag: "BagReader", cache: ImageCache | None) -> None:
         self.bag: Final = bag
         """The bag."""
-        self.stamps_ns: Final = bag.stamps_ns
-        """As in `BagReader`."""
         self._cache = cache
         self._kept: tuple[LazyFrame, ...] = ()
-
-    def __len__(self) -> int:
-        return len(self.bag)
 
     def frame(self, index: int) -> LazyFrame:
         """Return the frame of an index, which is read again each time, unless `keep` was called."""
@@ -49,8 +44,8 @@ class LazyFrames:
 
     def keep(self) -> None:
         """Keep all frames and their digests, also for forked processes, if they take 128 MiB at most."""
-        if not self._kept and len(self) * prod(self.bag.size) * _BYTES_PER_PIXEL <= _MOST_KEPT:
-            self._kept = tuple(map(self._read, range(len(self))))
+        if not self._kept and len(self.bag) * prod(self.bag.size) * _BYTES_PER_PIXEL <= _MOST_KEPT:
+            self._kept = tuple(map(self._read, range(len(self.bag))))
             for frame in self._kept:
                 for image in (frame.rgb, frame.depth, frame.labels):
                     _ = image.digest  # known to forked processes, too

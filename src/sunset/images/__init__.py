@@ -2,7 +2,8 @@
 
 from sunset.images.cache import ImageCache as ImageCache
 from sunset.images.cache import open_cache as open_cache
-from sunset.images.cache import platform_digest as platform_digest
+from sunset.images.cache import platform_features as platform_features
 from sunset.images.lazy import LazyImage as LazyImage
 from sunset.images.lazy import Pixels as Pixels
 from sunset.images.lazy import digest_of as digest_of
+from sunset.images.lazy import key_of as key_of

@@ -8,7 +8,7 @@ import platform
 import sqlite3
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -70,6 +70,18 @@ class ImageCache:
         with self._lock, self._errors():
             (count,) = self._connected().execute("SELECT COUNT(*) FROM known").fetchone()
             return int(count)
+
+    def look_up(self, key: bytes, compute: Callable[[], bytes]) -> bytes:
+        """Return the value of a key; if there is none, compute and store it.
+
+        Raises:
+            DataError, OutputError: as `get` and `put`.
+        """
+        value = self.get(key)
+        if value is None:
+            value = compute()
+            self.put(key, value)
+        return value
 
     def get(self, key: bytes) -> bytes | None:
         """Return the value of a key, or None without a valid entry.
@@ -195,9 +207,8 @@ def open_cache(path: Path) -> ImageCache:
 
 
 @cache
-def platform_digest() -> bytes:
-    """Return a digest of what the last bits of computed images may depend on: processor and libraries."""
+def platform_features() -> str:
+    """Return what the last bits of computed images may depend on: processor and libraries."""
     import cv2  # noqa: PLC0415  a slow import, which the readers of records do without
 
-    features = f"{platform.machine()}|{cv2.getCPUFeaturesLine()}|{cv2.__version__}|{version('numpy')}"
-    return hashlib.blake2b(features.encode(), digest_size=16).digest()
+    return f"{platform.machine()}|{cv2.getCPUFeaturesLine()}|{cv2.__version__}|{version('numpy')}"

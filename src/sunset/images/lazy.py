@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sunset.files.sources import PACKAGES, package_version
-from sunset.images.cache import ImageCache, platform_digest
+from sunset.images.cache import ImageCache, platform_features
 
 Pixels = npt.NDArray[Any]
 """An image of any sensor's type."""
@@ -24,6 +24,11 @@ def digest_of(content: Pixels | bytes) -> bytes:
     """Return the digest of an image's bytes: BLAKE2b, 16 bytes long."""
     data = content if isinstance(content, bytes) else np.ascontiguousarray(content).data
     return hashlib.blake2b(data, digest_size=_BYTES).digest()
+
+
+def key_of(*parts: object) -> bytes:
+    """Return the digest of what `repr` tells apart, which names a value in the cache."""
+    return digest_of(repr(parts).encode())
 
 
 class LazyImage:
@@ -63,7 +68,7 @@ class LazyImage:
     @cached_property
     def pixels(self) -> Pixels:
         """The pixels (H, W, …), read-only."""
-        pixels = self._make()
+        pixels = self._make().view()  # the array that it looks at stays as it is
         pixels.flags.writeable = False
         return pixels
 
@@ -77,7 +82,7 @@ class LazyImage:
         """What names the pixels, 16 bytes."""
         if self._name is not None:
             return self._name()
-        return _digest(self.digest, self.pixels.dtype.str, self.pixels.shape)
+        return key_of(self.digest, self.pixels.dtype.str, self.pixels.shape)
 
     def then(self, function: Callable[..., Pixels], *arguments: object) -> "LazyImage":
         """Return the image, of the same size, that a function makes of this image's pixels and further arguments.
@@ -100,17 +105,16 @@ class LazyImage:
         """
         if self.cache is None or not _is_named(function, arguments):
             return function(self.pixels, *map(_pixels_of, arguments))
-        key = self._key_of(function, arguments)
-        known = self.cache.get(key)
-        if known is not None:
-            return cast("Measured", msgspec.msgpack.decode(known))
-        value = function(self.pixels, *map(_pixels_of, arguments))
-        self.cache.put(key, msgspec.msgpack.encode(value))
-        return value
+
+        def measured() -> bytes:
+            return msgspec.msgpack.encode(function(self.pixels, *map(_pixels_of, arguments)))
+
+        known = self.cache.look_up(self._key_of(function, arguments), measured)
+        return cast("Measured", msgspec.msgpack.decode(known))
 
     def _key_of(self, function: Callable[..., object], arguments: tuple[object, ...]) -> bytes:
         named = (each.key if isinstance(each, LazyImage) else each for each in arguments)
-        return _digest(_identity(function), self.key, *named)
+        return key_of(_identity(function), self.key, *named)
 
 
 _NAMED: Final = frozenset({bool, int, float, str, LazyImage})
@@ -119,10 +123,6 @@ _NAMED: Final = frozenset({bool, int, float, str, LazyImage})
 
 def _pixels_of(argument: object) -> object:
     return argument.pixels if isinstance(argument, LazyImage) else argument
-
-
-def _digest(*parts: object) -> bytes:
-    return hashlib.blake2b(repr(parts).encode(), digest_size=_BYTES).digest()
 
 
 def _is_named(function: Callable[..., object], arguments: tuple[object, ...]) -> bool:
@@ -136,4 +136,4 @@ def _is_named(function: Callable[..., object], arguments: tuple[object, ...]) ->
 @cache
 def _identity(function: Callable[..., object]) -> bytes:
     """Return what names a function of SUNSET and its code, on this kind of computer."""
-    return _digest(platform_digest(), package_version(), function.__module__, function.__qualname__)
+    return key_of(platform_features(), package_version(), function.__module__, function.__qualname__)

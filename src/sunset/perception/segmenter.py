@@ -10,7 +10,7 @@ import onnxruntime
 
 from sunset.errors import ModelError
 from sunset.files.compression import zstd
-from sunset.images import ImageCache, LazyImage, digest_of, platform_digest
+from sunset.images import ImageCache, LazyImage, key_of, platform_features
 from sunset.perception.card import Modality
 from sunset.perception.model import RUNTIME_ERRORS, Model, find_device, one_line
 
@@ -97,12 +97,13 @@ class Segmenter:
         if self._cache is None:
             result = self._infer_images(modality, bgr, depth)
             return LazyImage.of(result.labels), result.entropy
-        key = self._key(modality, bgr, depth)
-        known = self._cache.get(key)
-        if known is None:
+
+        def inferred() -> bytes:
             result = self._infer_images(modality, bgr, depth)
-            known = _ENTROPY.pack(result.entropy) + zstd.compress(result.labels.tobytes())
-            self._cache.put(key, known)
+            return _ENTROPY.pack(result.entropy) + zstd.compress(result.labels.tobytes())
+
+        key = self._key(modality, bgr, depth)
+        known = self._cache.look_up(key, inferred)
         packed, size = known[_ENTROPY.size :], (card.height, card.width)
         labels = LazyImage(
             size,
@@ -117,8 +118,8 @@ class Segmenter:
         network = self.model.card.networks.get(modality)
         needed = (bgr if modality.needs_rgb else None, depth if modality.needs_depth else None)
         inputs = [None if image is None else image.digest for image in needed]
-        parts = (platform_digest(), onnxruntime.__version__, network and network.digest, modality.key, inputs)
-        return digest_of(repr(parts).encode())
+        weights = network and network.digest
+        return key_of(platform_features(), onnxruntime.__version__, weights, modality.key, inputs)
 
     def _infer_images(
         self, modality: Modality, bgr: LazyImage | None, depth: LazyImage | None
